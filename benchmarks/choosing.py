@@ -25,7 +25,7 @@ from raytracer.analysis.tradeoffs.approximations import add_approximations
 from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Configuration, Extent, plan
 from raytracer.analysis.tradeoffs.data_files import as_csv
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs, measure_tradeoffs
-from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
+from raytracer.analysis.tradeoffs.summaries import fit_slopes, shadow_differences
 from raytracer.analysis.tradeoffs.targets import Reference
 from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
@@ -71,7 +71,7 @@ def front(trade: Tradeoffs) -> str:
 def sequences(trade: Tradeoffs) -> str:
     """Format the errors of each sample sequence, and the slopes of its error with hard and with soft shadows."""
     numbers = [4, 16, 64, 256]
-    hard, soft = (slopes(trade, knob) for knob in ("sequence", "sequence, soft shadows"))
+    hard, soft = (fit_slopes(trade, knob) for knob in ("sequence", "sequence, soft shadows"))
     rows = []
     for sequence in SEQUENCES:
         own = {

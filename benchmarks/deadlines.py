@@ -18,7 +18,7 @@ from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT
 from raytracer.scene.settings import Settings
-from tests.processes import output_of
+from tests.processes import run_for_output
 
 SIZE = (1280, 720)
 SCENES = "assignment", "many"
@@ -41,7 +41,7 @@ def by_process(name: str, seconds: float) -> Estimate:
         path = Path(folder) / "out.png"
         command = [sys.executable, "-m", "raytracer", "render", name, "-o", str(path)]
         command += ["--size", f"{SIZE[0]}x{SIZE[1]}", "--time", str(seconds)]
-        output_of(*command)
+        run_for_output(*command)
         with Pillow.open(path) as image:
             text = image.info
     error = str(text["Error"]).removeprefix("error ")

@@ -37,9 +37,11 @@ def main() -> None:
                 assert old in text
                 times = []
                 for k in range(ROUNDS):
-                    before = view.shown(picture)
+                    before = view.grab_picture(picture)
                     path.write_text(text.replace(old, new.format(1.5 + k)))
-                    times.append(view.until(lambda b=before: bool((view.shown(picture) != b).any()), "no change"))
+                    times.append(
+                        view.wait_until(lambda b=before: bool((view.grab_picture(picture) != b).any()), "no change")
+                    )
                 print(f"| {path.name} | {median(times):.2f} | {max(times):.2f} |")
 
 

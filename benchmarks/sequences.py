@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rich.progress import track
 
 from raytracer.analysis.figures import SEQUENCE_STYLES, label_logarithm, label_samples, new_figure, plain_axes, svg_text
-from raytracer.analysis.tradeoffs.pareto import slope
+from raytracer.analysis.tradeoffs.pareto import fit_slope
 from raytracer.scene.sequences import (
     _SCRAMBLES,
     SEQUENCES,
@@ -119,7 +119,7 @@ def as_markdown(
         "|---" * (len(SAMPLES) + 2) + "|",
     ]
     for sequence, errors in errors_by_sequence.items():
-        fit = slope(SAMPLES, errors)
+        fit = fit_slope(SAMPLES, errors)
         assert fit
         lines.append(f"| `{sequence}` | {' | '.join(f'{error:.2e}' for error in errors)} | {fit[0]:.2f} |")
     lines += [

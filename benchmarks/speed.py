@@ -15,7 +15,7 @@ from benchmarks.povray import UnavailableError
 from benchmarks.speed_page import TimedRow, as_csv, as_markdown, calls_table, stem_of
 from benchmarks.speed_rows import ROWS, SCENES
 from raytracer import InputError, Settings, ShaderError
-from raytracer.core.output import check_folder, written_whole
+from raytracer.core.output import check_folder, write_atomically
 from raytracer.core.progress import progress_bar
 from raytracer.gpu.device import shared_device
 
@@ -57,7 +57,7 @@ def main() -> int:
     stem = stem_of(bench)
     for suffix, content in ((".md", text), (".csv", as_csv(results))):
         path = folder / (stem + suffix)
-        with written_whole(path) as file:
+        with write_atomically(path) as file:
             file.write(content.encode())
     print(f"{text}\nwrote {folder / stem}.md and .csv")
     if options.docs:

@@ -18,8 +18,8 @@ import raytracer as rt
 from benchmarks.scenes import BLUE, GREEN, GREY, RED
 from raytracer.analysis.machine import describe_machine
 from raytracer.analysis.tradeoffs.trials import Trial, Trials
-from raytracer.analysis.tradeoffs.tune import candidates_for_error, grid, tune
-from raytracer.core.output import check_folder, written_whole
+from raytracer.analysis.tradeoffs.tune import candidates_for_error, list_candidates, tune
+from raytracer.core.output import check_folder, write_atomically
 from raytracer.core.progress import Progress, progress_bar
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
@@ -86,17 +86,17 @@ def compare(renderer: Renderer, scene: rt.Scene, samples: int, size: tuple[int, 
     took = time.perf_counter() - begin
     candidates = [
         settings
-        for settings in grid(base)
+        for settings in list_candidates(base)
         if settings.samples <= (_PLAIN if settings.adaptive is None else _ADAPTIVE) * samples
     ]
     swept = [trials.measure(settings) for settings in candidates + candidates_for_error(base, error)]
-    met = trials.in_turns((trial for trial in swept if trial.error <= error), 3)
+    met = trials.time_in_turns((trial for trial in swept if trial.error <= error), 3)
     least = min(trial.least for trial in met)
     close = [trial for trial in met if trial.least <= _CLOSE * least]
     swept_settings = {trial.settings for trial in close}
     if tuned.pick and tuned.pick.settings not in swept_settings:
         close.append(tuned.pick)
-    again = trials.in_turns(close, rounds)
+    again = trials.time_in_turns(close, rounds)
     pick = next((trial for trial in again if tuned.pick and trial.settings == tuned.pick.settings), None)
     best = min((trial for trial in again if trial.settings in swept_settings), key=lambda trial: trial.least)
     return TuningRow(scene.name, error, pick, best, len(swept), took)
@@ -157,7 +157,7 @@ def main() -> None:
         for i, scene in enumerate(scenes):
             rows.append(compare(renderer, scene, _SAMPLES[i % len(_SAMPLES)], size, options.rounds))
             text = as_markdown(rows, renderer, size, options.rounds)
-            with written_whole(options.output / "tuning.md") as file:  # after each scene, as the run takes long
+            with write_atomically(options.output / "tuning.md") as file:  # after each scene, as the run takes long
                 file.write(text.encode())
             if progress:
                 progress(i + 1, len(scenes))

@@ -21,7 +21,7 @@ from benchmarks.frames import SCENES, SIZE
 from benchmarks.speed_rows import process_seconds
 from raytracer.gpu.device import shared_device
 from tests.displays import x_server
-from tests.processes import output_of
+from tests.processes import run_for_output
 
 _SOFT_SIZE = (640, 360)
 _FIRST_FRAME = """
@@ -57,7 +57,7 @@ def first_frames(rounds: int) -> Iterator[Row]:
 
 def moving_frames() -> Iterator[Row]:
     """Time frames of the window while the light or the camera moves."""
-    text = output_of(sys.executable, "-m", "benchmarks.frames", "--csv")
+    text = run_for_output(sys.executable, "-m", "benchmarks.frames", "--csv")
     for row in csv.DictReader(text.splitlines()):
         yield f"frame while the {row['movement']} moves, {row['scene']}", float(row["whole"]), float(row["draws"])
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from raytracer.compiler.direction_cells import Array, Ints
 
 
-def some_balls(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
+def random_balls(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
     """Return spheres all around the origin: near and far, tiny and huge.
 
     Some contain or touch the origin, or touch a plane through it.
@@ -35,7 +35,7 @@ def find_hits(directions: Array, centers: Array, radii: Array) -> tuple[Ints, In
     return ray.astype(np.int64), ball.astype(np.int64)
 
 
-def missing(cell: Ints, item: Ints, wanted_cell: Ints, wanted_item: Ints) -> int:
+def count_missing(cell: Ints, item: Ints, wanted_cell: Ints, wanted_item: Ints) -> int:
     """Count the wanted pairs that are not listed."""
     listed = np.sort(cell << 20 | item)
     wanted = wanted_cell << 20 | wanted_item

@@ -11,7 +11,7 @@ import raytracer as rt
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.compiled_scene import compile as compile_scene
 from raytracer.compiler.frame import Frame, make_frame
-from raytracer.compiler.glsl.constants import ALL
+from raytracer.compiler.glsl.constants import UNLIMITED_VARYINGS
 from raytracer.compiler.glsl.shaders import ProgramSource, Show, program_sources
 from raytracer.compiler.limits import DriverLimits
 from raytracer.scene.settings import Settings
@@ -23,7 +23,7 @@ LIMITS = DriverLimits(
     driver="none",
     version=450,
     target=2**14,
-    varyings=ALL,
+    varyings=UNLIMITED_VARYINGS,
     uniform_block=2**16,
     buffer_texels=2**27,
     volume_layers=2**11,
@@ -38,7 +38,7 @@ def sources(
     scene: rt.Scene,
     settings: Settings | None = None,
     show: Show | None = "picture",
-    varyings: int = ALL,
+    varyings: int = UNLIMITED_VARYINGS,
     *,
     several: bool = False,
 ) -> Mapping[str, ProgramSource]:
@@ -54,7 +54,7 @@ def frame(scene: rt.Scene, size: tuple[int, int], settings: Settings | None = No
     return make_frame(compiled(scene, settings), size, LIMITS)
 
 
-def cells(scene: rt.Scene, size: tuple[int, int], settings: Settings | None = None) -> tuple[Mask, Mask]:
+def cell_masks(scene: rt.Scene, size: tuple[int, int], settings: Settings | None = None) -> tuple[Mask, Mask]:
     """Return two masks of cells, the lowest row first: only half-spaces or background visible, and only background.
 
     Shape of each: [rows, columns].

@@ -20,7 +20,7 @@ def above_horizon(rng: np.random.Generator, count: int, least: float = 1e-3) -> 
     return np.stack([sine * np.cos(phi), sine * np.sin(phi), cosine], -1).astype(np.float32)
 
 
-def pairs(count: int = 4000, seed: int = 0, least: float = 1e-3) -> tuple[Array, Array]:
+def direction_pairs(count: int = 4000, seed: int = 0, least: float = 1e-3) -> tuple[Array, Array]:
     """Return (wi, wo) with cosines of at least `least`, each [N, 3].
 
     Half of the pairs are random; in the other half, wo is 1e-5 to 1 away from the mirror direction of wi.
@@ -34,7 +34,7 @@ def pairs(count: int = 4000, seed: int = 0, least: float = 1e-3) -> tuple[Array,
     return wi[wo[:, 2] > least], wo[wo[:, 2] > least]
 
 
-def extremes() -> tuple[Array, Array]:
+def extreme_pairs() -> tuple[Array, Array]:
     """Return (wi, wo), each [N, 3]: all pairs of directions at the pole, at grazing angles and next to each other."""
     directions = [(0.0, 0.0, 1.0)]
     for cosine in (1.0 - 1e-7, 0.7, 1e-3, 1e-7, 1e-20, 0.0):

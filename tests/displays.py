@@ -15,7 +15,7 @@ from typing import IO, Any
 import numpy as np
 from PIL import ImageGrab
 
-from .processes import output_of, running_process
+from .processes import run_for_output, running_process
 from .scenes import CHECKOUT
 
 # The size of the window in pixels.
@@ -66,7 +66,7 @@ def environment(**variables: str) -> dict[str, str]:
     return {name: value for name, value in os.environ.items() if name not in SESSION} | variables
 
 
-def shown(display: str, size: tuple[int, int] = SIZE) -> np.ndarray:
+def grab_picture(display: str, size: tuple[int, int] = SIZE) -> np.ndarray:
     """Return the upper left part of a display as int [H, W, 3]."""
     picture = ImageGrab.grab((0, 0, *size), xdisplay=display)
     return np.asarray(picture.convert("RGB")).astype(int)
@@ -83,13 +83,13 @@ class Window:
 
     def act(self, actions: str) -> None:
         """Run xdotool with these words."""
-        output_of("xdotool", *actions.split(), env=self.variables)
+        run_for_output("xdotool", *actions.split(), env=self.variables)
 
-    def shown(self, size: tuple[int, int] = SIZE) -> np.ndarray:
+    def grab_picture(self, size: tuple[int, int] = SIZE) -> np.ndarray:
         """Return the upper left part of the display as int [H, W, 3]."""
-        return shown(self.display, size)
+        return grab_picture(self.display, size)
 
-    def until(self, is_met: Callable[[], bool], failure: str, seconds: float = TIMEOUT) -> float:
+    def wait_until(self, is_met: Callable[[], bool], failure: str, seconds: float = TIMEOUT) -> float:
         """Wait until a condition holds, else fail with the message `failure`; return the seconds that it took."""
         begin = time.monotonic()
         while not is_met():
@@ -98,10 +98,12 @@ class Window:
             time.sleep(0.02)
         return time.monotonic() - begin
 
-    def until_shown(self, wanted: np.ndarray, after: str) -> None:
+    def wait_until_shown(self, wanted: np.ndarray, after: str) -> None:
         """Wait until the display shows a picture, to 1/255 at every pixel."""
         size = wanted.shape[1], wanted.shape[0]
-        self.until(lambda: bool(np.abs(self.shown(size) - wanted).max() <= 1), f"not the picture due after {after}")
+        self.wait_until(
+            lambda: bool(np.abs(self.grab_picture(size) - wanted).max() <= 1), f"not the picture due after {after}"
+        )
 
     def read_output(self, file: IO[str]) -> str:
         """Return the text that the process has written to a file so far."""
@@ -133,6 +135,6 @@ def window(
         variables = environment(DISPLAY=name, PYTHONPATH=str(CHECKOUT))
         with running_process(*command, cwd=folder, env=variables, stdout=output, stderr=errors) as process:
             opened = Window(process, name, variables, output, errors)
-            opened.until(lambda: opened.shown(display).max() > 0, "nothing is shown")
+            opened.wait_until(lambda: opened.grab_picture(display).max() > 0, "nothing is shown")
             opened.act(f"mousemove {display[0] // 2} {display[1] // 2}")
             yield opened

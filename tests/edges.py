@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 SIZE = 256, 256
 
 
-def lines(rng: np.random.Generator, thickness: float) -> tuple[Callable[[Array], Array], Array]:
+def random_strips(rng: np.random.Generator, thickness: float) -> tuple[Callable[[Array], Array], Array]:
     """Return random strips of `thickness`, one across each pixel.
 
     The first value tells whether points are inside their strips; the second is the covered share of each pixel.

@@ -110,7 +110,7 @@ def sentences(page: str) -> Iterator[str]:
             yield from _END.split(_text(token))
 
 
-def text_of(page: str) -> str:
+def page_text(page: str) -> str:
     return (CHECKOUT / page).read_text()
 
 

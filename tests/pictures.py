@@ -46,7 +46,9 @@ def assert_agrees_with_truth(renderer: Renderer, scene: rt.Scene, size: tuple[in
     assert np.isfinite(image.radiance).all() and (image.radiance >= 0).all()
 
 
-def check_lists(renderer: Renderer, scene: rt.Scene, size: tuple[int, int] = (128, 72), **settings: object) -> None:
+def assert_lists_agree(
+    renderer: Renderer, scene: rt.Scene, size: tuple[int, int] = (128, 72), **settings: object
+) -> None:
     """Assert that candidate lists make the picture that the walk makes, which tests all primitives."""
     chosen = Settings(**settings)  # pyright: ignore[reportArgumentType]
     assert compiled(scene, chosen).has_lists
@@ -55,7 +57,7 @@ def check_lists(renderer: Renderer, scene: rt.Scene, size: tuple[int, int] = (12
     assert_same(renderer, cells, walk)
 
 
-def check_cells(
+def assert_cells_agree(
     renderer: Renderer,
     scene: rt.Scene,
     size: tuple[int, int] = (160, 90),

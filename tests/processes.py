@@ -51,14 +51,14 @@ def run_to_end(*command: str | Path, timeout: float = TIMEOUT, **options: Any) -
     return subprocess.CompletedProcess(command, process.returncode, output, errors)
 
 
-def output_of(*command: str | Path, **options: Any) -> str:
+def run_for_output(*command: str | Path, **options: Any) -> str:
     """Run a process that must end with status 0; return its standard output. `options`: as for run_to_end()."""
     done = run_to_end(*command, **options)
     assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
     return done.stdout
 
 
-def in_group(group: int) -> list[str]:
+def list_processes(group: int) -> list[str]:
     """Return the running processes of a group, as lines of /proc on Linux."""
     stats = []
     for file in Path("/proc").glob("[0-9]*/stat"):

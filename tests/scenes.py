@@ -128,7 +128,7 @@ def with_lights(scene: rt.Scene, *lights: rt.PointLight) -> rt.Scene:
     return msgspec.structs.replace(scene, lights=lights)
 
 
-def some_light(rng: np.random.Generator, low: float, high: float) -> rt.PointLight:
+def random_light(rng: np.random.Generator, low: float, high: float) -> rt.PointLight:
     """Return a light in a random direction, mostly from above, at a distance of 10^low to 10^high."""
     place = rng.normal(size=3)
     place *= 10.0 ** rng.uniform(low, high) / np.linalg.norm(place)

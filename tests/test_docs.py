@@ -13,7 +13,7 @@ import raytracer as rt
 from raytracer.app.cli import _parser
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.settings import Settings
-from tests.pages import PAGES, anchors, links, pictures, target, text_of, tokens
+from tests.pages import PAGES, anchors, links, page_text, pictures, target, tokens
 
 from .scenes import CHECKOUT
 
@@ -44,7 +44,7 @@ def may_import(contracts: list[dict[str, Any]]) -> dict[str, set[str]]:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_each_path_in_backquotes_is_there(page: str) -> None:
-    names = re.findall(r"`([\w./-]+)`", text_of(page))
+    names = re.findall(r"`([\w./-]+)`", page_text(page))
     # MODEL stands for any model.
     paths = {
         name for name in names if name.startswith(tuple(f"{folder}/" for folder in FOLDERS)) and "MODEL" not in name
@@ -102,7 +102,7 @@ def test_each_picture_is_there_and_has_an_alternative_text(page: str) -> None:
     for source, alternative in pictures(page):
         assert target(page, source)[0].is_file(), source
         assert len(alternative.split()) > 1 and len(alternative) > 5, source
-    assert "<img" not in text_of(page)
+    assert "<img" not in page_text(page)
 
 
 def test_each_picture_of_the_documentation_is_on_a_page() -> None:
@@ -149,11 +149,11 @@ PAGE_OF = {"view": "docs/window.md", "brdf": "docs/reflectance.md"}
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_page_of_a_command_has_all_its_options(command: str) -> None:
-    text = text_of(PAGE_OF.get(command.split()[0], "docs/command-line.md"))
+    text = page_text(PAGE_OF.get(command.split()[0], "docs/command-line.md"))
     assert f"raytracer {command}" in text
     for action in COMMANDS[command]._actions:
         # The page of the command line has the two options that choose OpenGL once for all commands.
-        page = text_of("docs/command-line.md") if action.dest in ("backend", "device") else text
+        page = page_text("docs/command-line.md") if action.dest in ("backend", "device") else text
         names = [rf"(?<![\w-]){name}\b" for name in action.option_strings]
         assert action.dest == "help" or not names or re.search("|".join(names), page), action.option_strings
 
@@ -168,12 +168,12 @@ def test_the_help_of_a_command_has_an_example_and_a_page_to_read_on(command: str
 
 
 def test_the_page_of_python_has_every_public_name() -> None:
-    text = text_of("docs/python.md")
+    text = page_text("docs/python.md")
     assert {name for name in rt.__all__ if not re.search(rf"\b{name}\b", text)} == set()
 
 
 def test_the_page_of_the_scene_file_has_all_settings() -> None:
-    text = text_of("docs/scene-file.md")
+    text = page_text("docs/scene-file.md")
     # `geometry` is a choice of the caller in Python, not of a file.
     names = {*Settings.__struct_fields__} - {"geometry"}
     assert {name for name in names if not re.search(rf"`{name}`", text)} == set()

@@ -10,14 +10,14 @@ from PIL import Image
 
 import raytracer
 
-from .processes import output_of
+from .processes import run_for_output
 from .scenes import CHECKOUT
 
 
 def run(folder: Path, *command: str | Path) -> str:
     """Run `command` in `folder`, where no variable leads to the checkout; return standard output."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    return output_of(*command, cwd=folder, env=environment)
+    return run_for_output(*command, cwd=folder, env=environment)
 
 
 def test_the_wheel_contains_all_its_files_and_renders_an_example_by_its_name(tmp_path: Path) -> None:

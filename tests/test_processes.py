@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.processes import in_group, output_of, run_to_end, running_process
+from tests.processes import list_processes, run_for_output, run_to_end, running_process
 from tests.scenes import CHECKOUT
 
 SLEEP = "import time; print('ready', flush=True); time.sleep(600)"
@@ -38,18 +38,18 @@ def test_a_process_and_its_children_end_with_the_block() -> None:
         pytest.raises(ZeroDivisionError),
         running_process(sys.executable, "-c", script, stdout=subprocess.PIPE) as process,
     ):
-        assert process.stdout and process.stdout.readline() == b"ready\n" and len(in_group(process.pid)) == 2
+        assert process.stdout and process.stdout.readline() == b"ready\n" and len(list_processes(process.pid)) == 2
         raise ZeroDivisionError
-    until_none(process.pid)
+    wait_until_ended(process.pid)
     with pytest.raises(subprocess.TimeoutExpired) as error:
         run_to_end(sys.executable, "-c", SLEEP, timeout=0.5)
     assert SLEEP in error.value.cmd
 
 
-def until_none(group: int) -> None:
+def wait_until_ended(group: int) -> None:
     """Wait until all processes of a killed group have ended."""
     deadline = time.monotonic() + 60
-    while remaining := in_group(group):
+    while remaining := list_processes(group):
         assert time.monotonic() < deadline, remaining
         time.sleep(0.01)
 
@@ -78,10 +78,10 @@ def test_terminated_tests_and_benchmarks_end_the_processes_that_they_started(run
         group = int(process.stderr.readline())
         process.terminate()
         assert process.wait(60) == 128 + signal.SIGTERM
-    until_none(group)
+    wait_until_ended(group)
 
 
 def test_output_of_returns_standard_output_and_fails_with_the_process() -> None:
-    assert output_of(sys.executable, "-c", "print(2)") == "2\n"
+    assert run_for_output(sys.executable, "-c", "print(2)") == "2\n"
     with pytest.raises(AssertionError, match="no good"):
-        output_of(sys.executable, "-c", "raise SystemExit('no good')")
+        run_for_output(sys.executable, "-c", "raise SystemExit('no good')")

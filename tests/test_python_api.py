@@ -10,7 +10,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.formats import scene_file
-from raytracer.scene.settings_patch import SettingsPatch, checked_patch
+from raytracer.scene.settings_patch import SettingsPatch, patch_from_settings
 from tests import scenes
 
 SIZE = (16, 9)
@@ -35,7 +35,7 @@ def test_keywords_of_render_override_the_fields_of_settings() -> None:
     ]
     for keywords in cases:
         image = rt.render(scene, SIZE, settings, **keywords)
-        used = (checked_patch(settings) | SettingsPatch.without_none(**keywords)).resolve()
+        used = (patch_from_settings(settings) | SettingsPatch.without_none(**keywords)).resolve()
         assert f"{SIZE[0]}x{SIZE[1]}, {used}" == image.metadata["Description"]
     # These settings exclude each other: the keyword replaces the field.
     assert "adaptive=0.1, " in rt.render(scene, SIZE, rt.quality("normal"), adaptive=0.1).metadata["Description"]

@@ -30,12 +30,12 @@ COLLECTIONS = ("OrderedDict", "WeakKeyDictionary", "WeakSet", "WeakValueDictiona
 COLLECTIONS += ("dict", "list", "set")
 
 
-def parsed(folder: Path) -> dict[str, ast.Module]:
+def parse_modules(folder: Path) -> dict[str, ast.Module]:
     """Return the modules in a folder and below, by their paths in it."""
     return {path.relative_to(folder).as_posix(): ast.parse(path.read_text()) for path in sorted(folder.rglob("*.py"))}
 
 
-MODULES = parsed(ROOT)
+MODULES = parse_modules(ROOT)
 
 
 def imports(module: ast.Module) -> set[str]:
@@ -109,7 +109,7 @@ def test_only_the_listed_functions_and_variables_keep_values_in_a_module() -> No
 
 
 def test_the_folders_of_tests_are_those_of_packages_and_no_test_imports_a_test() -> None:
-    tests = parsed(TESTS)
+    tests = parse_modules(TESTS)
     assert {name.partition("/")[0] for name in tests if "/" in name} <= {name.partition("/")[0] for name in MODULES}
     assert not {name for name, module in tests.items() if any(".test_" in item for item in imports(module))}
 

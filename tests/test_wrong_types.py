@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.formats.image_files import load_radiance
 
 api: Any = rt  # for calls with wrong types
@@ -334,10 +334,10 @@ def test_shown_returns_a_short_printable_text_for_any_value() -> None:
     try:
         sys.set_int_max_str_digits(640)
         for value in values:
-            text = shown(value)
+            text = format_value(value)
             assert text.isprintable() and 0 < len(text) <= 60
     finally:
         sys.set_int_max_str_digits(limit)
-    assert shown(-(10**5000)) == "a number of about 5000 digits"
-    assert shown([1, 2.5, "a", None, True, (1,)]) == "[1, 2.5, 'a', None, True, (1,)]"
-    assert shown(Hostile()) == "a Hostile" and shown(np.zeros((2, 3))) == "an array of shape (2, 3)"
+    assert format_value(-(10**5000)) == "a number of about 5000 digits"
+    assert format_value([1, 2.5, "a", None, True, (1,)]) == "[1, 2.5, 'a', None, True, (1,)]"
+    assert format_value(Hostile()) == "a Hostile" and format_value(np.zeros((2, 3))) == "an array of shape (2, 3)"

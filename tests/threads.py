@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable
 
 
-def in_threads(*calls: Callable[[], object]) -> list[object]:
+def run_in_threads(*calls: Callable[[], object]) -> list[object]:
     """Run all calls at once, each in a thread of its own; return the result of each, or its exception."""
     results: list[object] = [None] * len(calls)
 

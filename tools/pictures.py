@@ -28,8 +28,8 @@ from PIL import Image, ImageDraw, ImageFont
 import raytracer as rt
 from examples import lecture_figures as figures
 from tests.displays import window
-from tests.pages import blocks, text_of
-from tests.processes import output_of, run_to_end
+from tests.pages import blocks, page_text
+from tests.processes import run_for_output, run_to_end
 from tests.scenes import CHECKOUT
 
 FOLDER = CHECKOUT / "docs/pictures"
@@ -160,13 +160,13 @@ def shown_window(size: tuple[int, int], camera: rt.Camera, actions: str, scale: 
             if actions:
                 opened.act(actions)
             search = "xdotool", "search", "--name", f" {WINDOW_SAMPLES} of {WINDOW_SAMPLES} samples"
-            opened.until(
+            opened.wait_until(
                 lambda: run_to_end(*search, env=opened.variables).returncode == 0, "the picture was not refined"
             )
             # The title changes before the last picture is on the display, and the hint over the picture ends later.
             time.sleep(HINT_SECONDS)
-            title = output_of(*search, "getwindowname", env=opened.variables).strip()
-            pixels = opened.shown(size).astype(np.uint8)
+            title = run_for_output(*search, "getwindowname", env=opened.variables).strip()
+            pixels = opened.grab_picture(size).astype(np.uint8)
             opened.close()
     return title, pixels
 
@@ -198,7 +198,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME")
     names = {*parser.parse_args().names}
-    shown = {name for page in PAGES for name in re.findall(r"pictures/([\w-]+)\.png", text_of(page))}
+    shown = {name for page in PAGES for name in re.findall(r"pictures/([\w-]+)\.png", page_text(page))}
 
     def is_requested(name: str) -> bool:
         return name in (names or shown)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.analysis.figures import new_figure, save_figure, set_text
-from raytracer.analysis.image_difference import Comparison, PictureRows, size_of
-from raytracer.core.output import Writer, written_whole
+from raytracer.analysis.image_difference import Comparison, PictureRows, size_text
+from raytracer.core.output import Writer, write_atomically
 from raytracer.formats.radiance import row_blocks
 
 # The ends of the colour scale, in linear radiance: far less than 8 bits can show, and white. The ends are fixed, so
@@ -58,7 +58,7 @@ def write_difference(
     names: tuple[str, str],
     comparison: Comparison,
     note: str = "",
-    write: Writer = written_whole,
+    write: Writer = write_atomically,
 ) -> None:
     """Write a figure of where a picture differs from a reference.
 
@@ -105,7 +105,7 @@ def write_difference(
     )
     bar.set_label(QUANTITY, fontsize=8)
     bar.ax.tick_params(labelsize=8)
-    _write_title(figure, names, comparison, f"{size_of(pictures[0])} pixels{note}")
+    _write_title(figure, names, comparison, f"{size_text(pictures[0])} pixels{note}")
     save_figure(figure, path, f"difference between {names[0]} and reference {names[1]}", write)
 
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from raytracer.core.output import Writer, written_whole
+from raytracer.core.output import Writer, write_atomically
 from raytracer.core.suggest import missing_extra
 from raytracer.core.validation import InputError
 from raytracer.scene.sequences import SampleSequence
@@ -85,7 +85,7 @@ def new_figure(width: float, height: float, layout: Any = "constrained") -> Any:
     return Figure(figsize=(width, height), dpi=DOTS_PER_INCH, layout=layout)
 
 
-def save_figure(figure: Any, path: Path, title: str, write: Writer = written_whole) -> None:
+def save_figure(figure: Any, path: Path, title: str, write: Writer = write_atomically) -> None:
     """Write a figure in the format of the path's suffix, whole or not at all. Files of equal figures are equal."""
     form = path.suffix.lower()[1:]
     with write(path) as file:

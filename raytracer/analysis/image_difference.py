@@ -118,7 +118,7 @@ def measure_difference(
     is not installed.
     """
     if a.shape != b.shape:
-        raise InputError(f"expected pictures of one size, got {size_of(a)} and {size_of(b)}")
+        raise InputError(f"expected pictures of one size, got {size_text(a)} and {size_text(b)}")
     height, width, _ = a.shape
     squares, level, largest, pixel, over = [], [], -1.0, (0, 0), 0
     for rows in row_blocks(a.shape):
@@ -156,7 +156,7 @@ def as_rows(comparison: Comparison) -> list[tuple[str, str]]:
     return [metric.row(comparison) for metric in measured]
 
 
-def size_of(picture: PictureRows) -> str:
+def size_text(picture: PictureRows) -> str:
     """Return a picture's size as text, such as 320x180."""
     height, width = picture.shape[:2]
     return f"{width}x{height}"

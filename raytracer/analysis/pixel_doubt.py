@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.analysis.rounding_bounds import (
-    FEW,
+    FEW_ROUNDINGS,
     UNIT,
     Rays,
     Roots,
@@ -80,7 +80,7 @@ class _Analysis:
         normal, point = self._normal_errors(rays, roots, surface, t, depth)
         unlit = np.zeros(count, bool)
         ambient = [max(leaf.material.ka) * max(self._scene.ambient) for leaf in self._leaves]
-        radiance = FEW * UNIT[32] * np.array([*ambient, max(self._scene.background)])[surface]
+        radiance = FEW_ROUNDINGS * UNIT[32] * np.array([*ambient, max(self._scene.background)])[surface]
         sure = np.flatnonzero(hit & ~doubtful)
         for light in self._scene.lights:
             doubt, error = self._light_errors(light, world[sure], t[sure], surface[sure], normal[sure], point[sure])
@@ -88,7 +88,7 @@ class _Analysis:
             radiance[sure] += error
         # Pictures store float32, and normals are rotated to world space in float32.
         depth = depth + UNIT[32] * np.where(hit, t, 0.0)
-        normal = normal + FEW * UNIT[32] * hit
+        normal = normal + FEW_ROUNDINGS * UNIT[32] * hit
         shape = self._size[::-1]
         return PixelDoubt(
             doubtful.reshape(shape),
@@ -126,8 +126,8 @@ class _Analysis:
             rd = rays.rd[on]
             # The normal is the sum of two legs, from the centre to the chord's middle, and along half the chord.
             half = np.abs(t[on] - rd @ c)
-            legs = moment_error(c, rd, u) + roots[self._first_coincident(k)].half[on] + FEW * u * half
-            normal[on] = legs / leaf.radius + FEW * u
+            legs = moment_error(c, rd, u) + roots[self._first_coincident(k)].half[on] + FEW_ROUNDINGS * u * half
+            normal[on] = legs / leaf.radius + FEW_ROUNDINGS * u
             by_center = u * np.linalg.norm(c) + leaf.radius * (normal[on] + 2.0 * u) + 2.0 * u * t[on]
             point[on] = np.where(leaf.radius < t[on], by_center, by_depth)
         return normal, point
@@ -163,7 +163,7 @@ class _Analysis:
             doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
         # The lecture's models: a cosine has the error of its vectors. The error of a lobe is at most sqrt(h) times as
         # large, for h >= 1. The error of Blinn's H is larger by 1 / |(L + V) / 2|.
-        vectors = normal + L_error + FEW * UNIT[32]
+        vectors = normal + L_error + FEW_ROUNDINGS * UNIT[32]
         materials = [leaf.material for leaf in self._leaves]
         kd, ks, h = (
             np.array([value(m) for m in materials])[surface]
@@ -177,7 +177,7 @@ class _Analysis:
         blinn = np.array([m.model == "blinn" for m in materials])[surface]
         steep = np.where(h == 0.0, 0.0, np.where(h < 1.0, np.inf, np.sqrt(h))) * np.where(blinn, 1.0 / halfway, 2.0)
         with np.errstate(invalid="ignore"):
-            lobe = np.where(ks > 0.0, ks * (steep * vectors + 4.0 * FEW * UNIT[32]), 0.0)
+            lobe = np.where(ks > 0.0, ks * (steep * vectors + 4.0 * FEW_ROUNDINGS * UNIT[32]), 0.0)
         return doubt & ~grazes, max(light.color) * (kd * vectors + lobe)
 
     def _light_ray_roots(
@@ -200,8 +200,8 @@ class _Analysis:
             chord = -2.0 * leaf.radius * dot(outward, rays.rd)
             other = np.where(starts, chord, distance + chord)
             t[0] = np.where((other > 0.0) & ~(starts & ends), other, np.inf)
-            inexact = normal + rays.rd_error + FEW * self._u
-            error[0] = 2.0 * leaf.radius * inexact + np.where(starts, 0.0, FEW * self._u * distance)
+            inexact = normal + rays.rd_error + FEW_ROUNDINGS * self._u
+            error[0] = 2.0 * leaf.radius * inexact + np.where(starts, 0.0, FEW_ROUNDINGS * self._u * distance)
         known = starts | ends
         return roots._replace(
             t=np.where(known, t, roots.t), error=np.where(known, error, roots.error), tangent=roots.tangent & ~known

@@ -21,7 +21,7 @@ UNIT = {32: 2.0**-24, 64: 2.0**-53}  # half a unit in the last place of 1
 # The number of roundings, of half a unit each, in the result of a few operations: the input (1), a direction (sum,
 # scale, product, and a common factor of up to 2 units: 4), a product and a sum (2), and one more, because GLSL allows
 # an error of a unit in some functions.
-FEW = 8.0
+FEW_ROUNDINGS = 8.0
 
 
 class RoundedView(NamedTuple):
@@ -34,7 +34,7 @@ class RoundedView(NamedTuple):
 
     def linear(self, length: Any) -> Any:
         """Return the error of cameraSlope() that is not relative to its result, plus float64's error on the host."""
-        return (self.pixels * 2.0**-22 * self.u + FEW * UNIT[64]) * length
+        return (self.pixels * 2.0**-22 * self.u + FEW_ROUNDINGS * UNIT[64]) * length
 
 
 class Roots(NamedTuple):
@@ -71,18 +71,18 @@ def _sphere_roots(view: RoundedView, sphere: Sphere, rays: Rays) -> Roots:
     p = np.linalg.norm(np.cross(to_center, rays.rd), axis=1)
     distance = np.linalg.norm(to_center, axis=1)
     if rays.camera:
-        p_error = moment_error(c, rays.rd, u) + FEW * UNIT[64] * np.linalg.norm(c)
-        along_error = FEW * u * np.abs(along) + view.linear(np.linalg.norm(c))
+        p_error = moment_error(c, rays.rd, u) + FEW_ROUNDINGS * UNIT[64] * np.linalg.norm(c)
+        along_error = FEW_ROUNDINGS * u * np.abs(along) + view.linear(np.linalg.norm(c))
         power = np.full(len(p), sphere.power(view.eye))
         power_error = u * np.abs(power)
     else:
         moved = rays.ro_error + u * np.linalg.norm(c) + u * distance
-        p_error = along_error = moved + distance * rays.rd_error + FEW * u * distance
+        p_error = along_error = moved + distance * rays.rd_error + FEW_ROUNDINGS * u * distance
         power = (distance - r) * (distance + r)
         origin = np.linalg.norm(rays.ro, axis=1)
         at_eye = abs(sphere.power(view.eye))
-        by_eye = u * at_eye + origin * np.linalg.norm(c + to_center, axis=1) * FEW * u
-        by_center = (distance + r) * (u * np.linalg.norm(c) + FEW * u * (distance + r))
+        by_eye = u * at_eye + origin * np.linalg.norm(c + to_center, axis=1) * FEW_ROUNDINGS * u
+        by_center = (distance + r) * (u * np.linalg.norm(c) + FEW_ROUNDINGS * u * (distance + r))
         power_error = 2.0 * distance * rays.ro_error + np.where(origin < distance, by_eye, by_center) * 2.0
     # The shader uses one of two forms of the discriminant. If it is in doubt which one, the larger bound counts.
     q_error = p_error + u * r + 2.0 * u * (r + p)
@@ -119,7 +119,7 @@ def _plane_roots(view: RoundedView, plane: Plane, rays: Rays) -> Roots:
     depth = offset - rays.ro @ n
     if rays.camera:
         depth_error: Any = offset_error
-        slope_error = FEW * u * np.abs(slope) + view.linear(1.0)
+        slope_error = FEW_ROUNDINGS * u * np.abs(slope) + view.linear(1.0)
     else:
         depth_error = offset_error + rays.ro_error + 4.0 * u * np.linalg.norm(rays.ro, axis=1) + u * np.abs(depth)
         slope_error = rays.rd_error + 4.0 * u
@@ -143,7 +143,7 @@ def moment_error(c: Array, rd: Array, unit: float) -> Array:
     """
     a, b = np.abs(np.broadcast_to(c, rd.shape)), np.abs(rd)
     products = np.roll(a, -1, axis=1) * np.roll(b, -2, axis=1) + np.roll(a, -2, axis=1) * np.roll(b, -1, axis=1)
-    return FEW * unit * (np.linalg.norm(products, axis=1) + np.linalg.norm(np.cross(c, rd), axis=1))
+    return FEW_ROUNDINGS * unit * (np.linalg.norm(products, axis=1) + np.linalg.norm(np.cross(c, rd), axis=1))
 
 
 def interval(roots: Roots) -> tuple[Array, Array]:

@@ -25,8 +25,8 @@ from typing import Any, NoReturn
 
 from raytracer.app.help_text import HELP, HelpFormatter, command_texts, program_epilog
 from raytracer.core.interrupts import STATUS
-from raytracer.core.output import written_whole
-from raytracer.core.shown import shown
+from raytracer.core.output import write_atomically
+from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.terminal import drop_output, print_error, tolerant_output
 from raytracer.core.validation import InputError
@@ -38,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # When NumPy is imported, OpenBLAS starts one thread per core, which takes long. The program has no work for them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     written: list[Path] = []
-    defaults = argparse.Namespace(write=partial(written_whole, finish=written.append))
+    defaults = argparse.Namespace(write=partial(write_atomically, finish=written.append))
     try:
         with tolerant_output(), warnings.catch_warnings():
             warnings.simplefilter("always")
@@ -87,12 +87,12 @@ class _Parser(argparse.ArgumentParser):
         if rest:
             option = next((text.partition("=")[0] for text in rest if text.startswith("-")), None)
             if option is None:
-                self.error(f"expected no more arguments, got {shown(rest[0])}")
+                self.error(f"expected no more arguments, got {format_value(rest[0])}")
             self._refuse(option)
         return namespace, rest
 
     def _refuse(self, option: str) -> NoReturn:
-        self.error(f"unknown option {shown(option)}{did_you_mean(option, self._option_string_actions)}")
+        self.error(f"unknown option {format_value(option)}{did_you_mean(option, self._option_string_actions)}")
 
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
         if action.option_strings and action.nargs is None and arg_strings == ["--"]:  # argparse would return a list
@@ -103,7 +103,7 @@ class _Parser(argparse.ArgumentParser):
         if action.choices is not None and value not in action.choices:
             names = [str(choice) for choice in action.choices]
             near = did_you_mean(str(value), names)
-            raise argparse.ArgumentError(action, f"expected one of {', '.join(names)}, got {shown(value)}{near}")
+            raise argparse.ArgumentError(action, f"expected one of {', '.join(names)}, got {format_value(value)}{near}")
 
 
 class _Command(_Parser):

@@ -180,7 +180,7 @@ def chosen_size(options: argparse.Namespace) -> tuple[int, int] | None:
     return getattr(options, "size", None)
 
 
-def warn_about(name: str, scene: Scene, settings: Settings) -> None:
+def warn_about_scene(name: str, scene: Scene, settings: Settings) -> None:
     """Warn about everything in the scene of the file `name` that probably draws another picture than intended."""
     for warning in scene_warnings(scene, settings):
         warnings.warn(f"{name}: {warning}", stacklevel=2)

@@ -10,17 +10,18 @@ May import: core, scene. Other packages may use:
 - compiled_scene: compile, CompiledScene
 - frame: make_frame, Frame
 - bright_features: bright_features; features: Features, NO_FEATURES
-- light_scale: light_scale, in_light
+- light_scale: light_scale, scale_light
 - limits: DriverLimits, MAX_ROTH_LOOPS, MAX_PRIMITIVES
 - glsl.shaders: program_sources, plain_vertex_source, ProgramSource, Show
 - glsl.preprocessor: assemble, is_current, shaders_folder, FileVersion, ShaderError, Source
 - glsl.materials: material_text, reflected_text
-- material_layout: make_layout, struct, Layout
-- draws: sample_at, replicate_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SUMMED, TOGETHER -
-meshes: tile_meshes, cell_blocks, Cells, Coverage, Mask, Meshes, Rectangle, Rectangles, PER_CELL; the names of programs,
-SEE, SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL and EMPTY
+- material_layout: make_layout, pack_struct, Layout
+- draws: sample_at, replicate_at, sample_draws, viewport, Clear, Draw, Sample, Screen, Step, MARGIN, SAMPLES_PER_SUM,
+  SAMPLES_AT_ONCE
+- meshes: tile_meshes, cell_blocks, Cells, Coverage, Mask, Meshes, Rectangle, Rectangles, PER_CELL; the names of
+  programs, SEE, SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL and EMPTY
 - direction_cells: BLOCK, CELL
 - roth_bounds: roth_loops
 - rounds: MAX_ROUNDS
-- view_space: in_picture, pixel_scale, rotation
+- view_space: project_point, pixel_scale, rotation
 """

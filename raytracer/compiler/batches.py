@@ -165,7 +165,7 @@ def is_bounded(shape: Shape) -> bool:
     return stack[0]
 
 
-def combined(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator[T], around: Operator[T]) -> T:
+def combine_bounds(tree: list[Solid | int], leaf: Callable[[int], T], common: Operator[T], around: Operator[T]) -> T:
     """Compute a bound of a tree's solid from bounds of its leaves.
 
     `leaf` returns the bound of a leaf by its number, `common` the bound of an intersection, and
@@ -194,14 +194,14 @@ class Balls(NamedTuple):
     largest: Array  # (n,): the radius of the largest sphere
 
 
-def balls(batch: ShapeBatch, centers: Array, radii: Array) -> Balls:
+def bounding_balls(batch: ShapeBatch, centers: Array, radii: Array) -> Balls:
     """Return bounding spheres of a batch's objects. `centers` and `radii` have all spheres of the scene."""
 
     def ball(leaf: int) -> Balls:
         place = centers[batch.first + leaf]
         return Balls(place, radii[batch.first + leaf], np.zeros_like(place), radii[batch.first + leaf])
 
-    return combined(batch.tree, ball, _balls_around_intersections, _balls_around_unions)
+    return combine_bounds(batch.tree, ball, _balls_around_intersections, _balls_around_unions)
 
 
 def _balls_around_intersections(a: Balls, b: Balls) -> Balls:

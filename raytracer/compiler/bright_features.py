@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.eyes import MOST_EYES, Eye, Mirror, eyes
 from raytracer.compiler.features import NO_FEATURES, Features
-from raytracer.compiler.narrow_lobes import Lobe, diffuse, lobe, mirrored
+from raytracer.compiler.narrow_lobes import Lobe, diffuse_reflectance, highlight_lobe, mirrored_share
 from raytracer.compiler.surfaces import Surfaces
 from raytracer.core.validation import MAX_COLOR
 from raytracer.scene.lights import PointLight
@@ -149,11 +149,11 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
 def _materials(compiled: CompiledScene) -> _Materials:
     """Collect the light of all materials in use."""
     used = [compiled.materials[i] for i in compiled.surfaces.used]
-    lobes = [made if made and made.size < _NARROW else _NO_LOBE for made in map(lobe, used)]
+    lobes = [made if made and made.size < _NARROW else _NO_LOBE for made in map(highlight_lobe, used)]
     return _Materials(
         np.array([material.get("le", _BLACK) for material in used]),
-        np.array([diffuse(material) for material in used]),
-        np.array([mirrored(material) for material in used]),
+        np.array([diffuse_reflectance(material) for material in used]),
+        np.array([mirrored_share(material) for material in used]),
         _Lobes(*map(np.array, zip(*lobes, strict=True))),
     )
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.batches import SHAPE_LEAVES, Balls, Batches, ProgramBatch, balls, combined
+from raytracer.compiler.batches import SHAPE_LEAVES, Balls, Batches, ProgramBatch, bounding_balls, combine_bounds
 from raytracer.compiler.culling import ROUNDING_GROWTH, ball_growth, finest_grid, longest_bounded_ray, rounding_growth
 from raytracer.compiler.direction_cells import (
     CELL,
@@ -58,7 +58,7 @@ class Items(NamedTuple):
 def make_items(view: View, batches: Batches) -> Items:
     """Collect the objects of common shapes as a camera sees them."""
     shapes = batches.shapes
-    around = [balls(batch, view.surfaces.centers, view.surfaces.radii) for batch in shapes]
+    around = [bounding_balls(batch, view.surfaces.centers, view.surfaces.radii) for batch in shapes]
     none = Balls(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
     ball = Balls(*map(np.concatenate, zip(none, *around, strict=True)))
     away = ball.centers - view.camera.position
@@ -142,9 +142,9 @@ class Lister:
         at = 0
         for batch in self._batches.shapes:
             part = slice(at, at + len(batch.first))
-            bounds = combined(batch.tree, leaf, _inner, _outer)
+            bounds = combine_bounds(batch.tree, leaf, _intersect_bounds, _join_bounds)
             if len(batch.tree) > 1:  # a single sphere is its own bounding sphere
-                bounds = _inner(tangents(self._items.centers[part], self._items.radii[part]), bounds)
+                bounds = _intersect_bounds(tangents(self._items.centers[part], self._items.radii[part]), bounds)
             lo[part], hi[part] = bounds
             at = part.stop
         return lo, hi
@@ -252,11 +252,11 @@ class Lister:
         return Lists(ends, np.concatenate((entries, around))), total
 
 
-def _inner(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+def _intersect_bounds(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
     """Return the intersection of two bounds (low, high)."""
     return np.maximum(a[0], b[0]), np.minimum(a[1], b[1])
 
 
-def _outer(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
+def _join_bounds(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
     """Return the smallest bound (low, high) around two."""
     return np.minimum(a[0], b[0]), np.maximum(a[1], b[1])

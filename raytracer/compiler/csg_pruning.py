@@ -17,8 +17,8 @@ before the other one in the tree. The order in the tree matters, because the fir
 owns the surface. Programs evaluate a node's children in another order: first the child that needs the deepest stack,
 then the children after it, and then the children before it, from the nearest to the first (swapped). So a value on the
 stack always stands for neighbours in the tree, and "before" and "after" have a meaning.
-An empty program is the constant False. A chain combines all of its leaves by one operation; chains() writes AND_LEAF or
-OR_LEAF into its first code, in place of PUSH.
+An empty program is the constant False. A chain combines all of its leaves by one operation; mark_chains() writes
+AND_LEAF or OR_LEAF into its first code, in place of PUSH.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.csg_flattening import empty_values, evaluation_order, flatten
 from raytracer.compiler.direction_cells import Ints, row_starts
-from raytracer.compiler.tree_paths import paths
+from raytracer.compiler.tree_paths import cut_into_paths
 from raytracer.scene.solids import Solid
 
 Mask = NDArray[np.bool_]
@@ -95,7 +95,7 @@ class Pruner:
                 if c < 0:
                     leaves[~c] = i
                     code[i] = ~c << LEAF_SHIFT | (NEGATED if flat.negated[~c] else 0)
-        cut = paths(parent)
+        cut = cut_into_paths(parent)
         self._bits = count.bit_length()
         self._code = code  # of each node, by its number; the other arrays are by place
         self._leaf = cut.place[leaves]  # the place of each leaf
@@ -151,7 +151,7 @@ class Pruner:
         `cell` and `place`, each (M,), are the listed leaves. A code here is (cell << bits | number of the node)
         << LEAF_SHIFT | operation.
         """
-        start = np.flatnonzero(_differs(cell))
+        start = np.flatnonzero(_are_changes(cell))
         left = np.add.reduceat(self._killer[place], start) == self._killer[self._leaf].sum()
         how = self._joins[place]
         how[start] = PUSH
@@ -160,9 +160,9 @@ class Pruner:
 
     def _paths(self, cell: Ints, place: Ints) -> Ints:
         """Return the codes of the programs of all cells, for any tree, in the form of _chain()."""
-        return np.sort(np.concatenate(self._down(self._up(cell << self._bits | place))))
+        return np.sort(np.concatenate(self._descend(self._ascend(cell << self._bits | place))))
 
-    def _up(self, pairs: Ints) -> list[_Events]:
+    def _ascend(self, pairs: Ints) -> list[_Events]:
         """Find the events of each rank, from the pairs of listed leaves up to the roots."""
         place = pairs & self._mask
         rank = self._rank[place]
@@ -184,7 +184,7 @@ class Pruner:
         parent = sides - place + self._parent[place]
         parents = np.argsort(parent, kind="stable")
         parent = parent[parents]
-        start = np.flatnonzero(_differs(parent))
+        start = np.flatnonzero(_are_changes(parent))
         parent = parent[start]
         at = parent & self._mask
         fulfilled = np.add.reduceat(self._killer[place[parents]], start) == self._killers[at]
@@ -199,7 +199,7 @@ class Pruner:
         value = np.concatenate((fulfilled, np.ones(len(ends), bool)))[order] & alone
         at = pair & self._mask
         group = pair + (self._top - self._places)[at]
-        begins = _differs(group)
+        begins = _are_changes(group)
         # The nodes between two events have no remaining side children: each is as its child on the path, or blocked.
         joined = ~begins
         joined[1:] &= self._blocked[at[1:]] == self._blocked[at[:-1] + 1]
@@ -212,7 +212,7 @@ class Pruner:
         last = ends_[np.cumsum(begins) - 1]
         return _Events(pair, below, last, tops, sides, parents, start, inner[: len(parent)])
 
-    def _down(self, levels: list[_Events]) -> list[Ints]:
+    def _descend(self, levels: list[_Events]) -> list[Ints]:
         """Return the remaining codes, from the roots down to the leaves, in the form of _chain()."""
         parts: list[Ints] = []
         # For each remaining path, the operation that joins it with the values evaluated before, as for a leaf in its
@@ -261,14 +261,14 @@ class Pruner:
         return parts
 
 
-def _differs(values: Ints) -> Mask:
+def _are_changes(values: Ints) -> Mask:
     """Return whether each value differs from the one before it. The first one counts as different."""
     first = np.ones(len(values), bool)
     np.not_equal(values[1:], values[:-1], out=first[1:])
     return first
 
 
-def chains(start: Ints, code: NDArray[np.int32]) -> NDArray[np.int32]:
+def mark_chains(start: Ints, code: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the programs code[start[i] : start[i + 1]], with the operation of each chain in its first code."""
     first = start[:-1][np.diff(start) > 0]
     if not len(first):

@@ -16,7 +16,7 @@ from raytracer.compiler.direction_cells import MARGIN, grown_radii, hemisphere_c
 from raytracer.compiler.view_space import View, camera_grid
 from raytracer.scene.camera import Camera
 from raytracer.scene.lights import PointLight
-from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, simplified
+from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, simplify
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -58,8 +58,8 @@ def occupied_cells(view: View, solids: Sequence[Solid], size: tuple[int, int]) -
     corner, step, shape = camera_grid(view.camera, size)
     pairs = overlaps(*tangents(centers, radii), corner, (step, step), shape)
     around = corners(rays).reshape(4, -1, 3)[:, pairs[0]]
-    kept = _in_cone(pairs, around, centers, radii)
-    return _occupied(solids, *kept, len(radii), shape[0] * shape[1]).reshape(shape[::-1])
+    kept = _keep_in_cone(pairs, around, centers, radii)
+    return _find_occupied(solids, *kept, len(radii), shape[0] * shape[1]).reshape(shape[::-1])
 
 
 def occupied_cells_of_light(view: View, solids: Sequence[Solid], light: PointLight) -> Mask:
@@ -70,8 +70,8 @@ def occupied_cells_of_light(view: View, solids: Sequence[Solid], light: PointLig
     wide = radii + ball_growth(longest_bounded_ray(place, centers, radii), light.radius)
     pairs = hemisphere_cells(centers - place, wide, grid)
     if grid >= _FINE:
-        pairs = _in_cone(pairs, _cell_corners(pairs[0], grid), centers - place, wide)
-    return _occupied(solids, *pairs, len(radii), 2 * grid * grid)
+        pairs = _keep_in_cone(pairs, _cell_corners(pairs[0], grid), centers - place, wide)
+    return _find_occupied(solids, *pairs, len(radii), 2 * grid * grid)
 
 
 def longest_bounded_ray(light: Array, centers: Array, radii: Array) -> float:
@@ -121,10 +121,10 @@ def _distances(points: Array, place: Array) -> Array:
     return np.sqrt(x * x + y * y + z * z)
 
 
-def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
+def _possible_cells(solid: Solid, spheres: Iterator[Mask]) -> Mask:
     """Return the cells in which rays may meet a tree, from the cells of its spheres, in their order."""
     stack: list[Mask] = []
-    for node in simplified(solid):
+    for node in simplify(solid):
         match node:
             case Sphere():
                 stack.append(next(spheres))
@@ -140,7 +140,7 @@ def _possible(solid: Solid, spheres: Iterator[Mask]) -> Mask:
     return stack[0]
 
 
-def _occupied(
+def _find_occupied(
     solids: Sequence[Solid], cell: NDArray[np.int64], sphere: NDArray[np.int64], spheres: int, cells: int
 ) -> Mask:
     """Return the cells (cells,) in which a ray may meet an object other than a half-space.
@@ -153,11 +153,11 @@ def _occupied(
     occupied = np.zeros(cells, bool)
     for solid in solids:
         if not isinstance(solid, Plane):
-            occupied |= _possible(solid, remaining)
+            occupied |= _possible_cells(solid, remaining)
     return occupied
 
 
-def _in_cone(
+def _keep_in_cone(
     pairs: tuple[NDArray[np.int64], NDArray[np.int64]], corners: Array, centers: Array, radii: Array
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Keep the pairs of a cell and a sphere in which the sphere's cone meets the cone around the cell.

@@ -30,14 +30,14 @@ from raytracer.scene.sequences import is_scattered, light_index, replicate_place
 
 # The number of samples in one float32 sum. Then a new sum begins, and the host adds the sums in float64: in a longer
 # sum, rounding would outweigh the gain by more samples.
-SUMMED = 256
+SAMPLES_PER_SUM = 256
 # The margin of a viewport around its tile, in pixels: OpenGL does not draw points whose centre is outside the viewport.
 MARGIN = 128
 # The lowest bit of the scrambling's number in a light's index (shaders/sampling/sobol.glsl).
 _SCRAMBLING_BITS = 24
 # The number of samples that one draw may compute if nothing happens between them, as written out in picture.frag. Twice
 # as many would take 10 % less time for each sample, and twice as long to compile.
-TOGETHER = 4
+SAMPLES_AT_ONCE = 4
 # The new value of a pixel replaces the old value, is added to it, or covers it in proportion to its alpha.
 Blending = Literal["replace", "add", "over"]
 
@@ -92,7 +92,7 @@ class Sample(NamedTuple):
     @property
     def starts_sum(self) -> bool:
         """Whether a new sum of samples begins."""
-        return self.number % SUMMED == 0
+        return self.number % SAMPLES_PER_SUM == 0
 
 
 def sample_at(number: int, options: SamplingOptions) -> Sample:
@@ -132,7 +132,7 @@ def sample_draws(
     Args:
         meshes: The tile's meshes, by program.
         tile: The tile's pixels.
-        samples: 1 or TOGETHER samples.
+        samples: 1 or SAMPLES_AT_ONCE samples.
         seen: The names of the textures that SEE draws into, in order: "surface"; "others" if SHAPES compares distances
             with it; "normalDepth" if the geometry is wanted.
         shades: Whether to add the light to the texture `target`.
@@ -166,7 +166,7 @@ def sample_draws(
             "draw.lightIndex": sample.light_index,
             "samples": 1,
         }
-        steps += _seeing(meshes, area, port, uniforms, tuple(seen), constants)
+        steps += _visibility_draws(meshes, area, port, uniforms, tuple(seen), constants)
         if i == 0:
             all_samples = {"samples": len(samples), "samplePlaces": [one.place for one in samples]}
             light(together, uniforms | all_samples, first)
@@ -183,7 +183,7 @@ def _programs(meshes: Meshes, samples: int) -> tuple[Sequence[str], Sequence[str
     return (EMPTY,), (SHADE, PICTURE, PLANE_ONLY)
 
 
-def _seeing(
+def _visibility_draws(
     meshes: Meshes,
     area: Rectangle,
     port: Rectangle,

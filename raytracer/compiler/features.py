@@ -15,10 +15,10 @@ Ints = NDArray[np.int64]
 
 # The smallest expected number of samples on a feature with which the samples count as having hit it. With 4, all of
 # them miss it in 2 % of the cases, if they are independent.
-_MET = 4.0
+_MET_SAMPLES = 4.0
 # The smallest expected number of samples on all features together with which the samples themselves show the error.
 # Six equal squared errors show it (replicate.py), and half of the features may be hidden behind other objects.
-_ENOUGH = 12.0
+_ENOUGH_SAMPLES = 12.0
 
 
 class Features(NamedTuple):
@@ -41,7 +41,7 @@ class Features(NamedTuple):
         else:
             # In float64 squares do not overflow.
             n = samples[self._corners(samples.shape)].min(axis=0).astype(float)
-        is_small = n * self.areas < _MET
+        is_small = n * self.areas < _MET_SAMPLES
         if not is_small.any():
             return 0.0
         n, areas, pixels, radiance = n[is_small], self.areas[is_small], self.pixels[is_small], self.radiance[is_small]
@@ -53,11 +53,11 @@ class Features(NamedTuple):
         # The squared error that each sample on a feature adds. These errors scatter as much as
         # (met @ added)^2 / (met @ added^2) equal ones: enough of them show the error.
         added = squares / np.square(n)
-        if (met @ added) ** 2 >= _ENOUGH * (met @ np.square(added)):
+        if (met @ added) ** 2 >= _ENOUGH_SAMPLES * (met @ np.square(added)):
             return 0.0
         return float((np.square(areas) * squares / np.maximum(met, pixels)).sum()) * unit**2
 
-    def blocks_missed(self, samples: int, max_error: float, size: tuple[int, int], shape: tuple[int, ...]) -> Mask:
+    def find_missed_blocks(self, samples: int, max_error: float, size: tuple[int, int], shape: tuple[int, ...]) -> Mask:
         """Find the blocks (rows, columns), the lowest row first, with features that `samples` of each pixel may miss.
 
         There are none if the features cannot make the error of a picture of `size` larger than `max_error`. `shape` is
@@ -66,7 +66,9 @@ class Features(NamedTuple):
         width, height = size
         blocks = np.zeros(shape, bool)
         if self.missed_error(samples) > max_error**2 * 3 * width * height:
-            rows, columns = (pixels[:, samples * self.areas < _MET] for pixels in self._corners((height, width)))
+            rows, columns = (
+                pixels[:, samples * self.areas < _MET_SAMPLES] for pixels in self._corners((height, width))
+            )
             blocks[(height - 1 - rows) // BLOCK, columns // BLOCK] = True
         return blocks
 
@@ -79,5 +81,5 @@ class Features(NamedTuple):
         return np.stack([top, top, bottom, bottom]), np.stack([left, right, left, right])
 
 
-_NONE = np.zeros(0)
-NO_FEATURES = Features(_NONE, _NONE, _NONE, _NONE, np.zeros((0, 3)))
+_EMPTY = np.zeros(0)
+NO_FEATURES = Features(_EMPTY, _EMPTY, _EMPTY, _EMPTY, np.zeros((0, 3)))

@@ -115,11 +115,11 @@ def shadowed_cells(
         faces = -height * np.sign(ground.depth) > -error.max(axis=0) - light.radius * (1.0 + MARGIN)
         if not np.any(faces | ~whole):
             continue
-        around = around or _sums(occupied())
+        around = around or _sum_occupied(occupied())
         shadowed[ground.cell[~whole]] |= around.anywhere  # the face extends to the horizon
         within = np.flatnonzero(whole & faces)
         seen = ground.corners[:, :, within] - place[:, None, None]
-        shadowed[ground.cell[within]] |= _shadowed(seen, error[:, within], around)
+        shadowed[ground.cell[within]] |= _find_shadowed(seen, error[:, within], around)
     return shadowed.reshape(sight.free.shape)
 
 
@@ -130,7 +130,7 @@ class _Occupied(NamedTuple):
     sums: NDArray[np.int32]  # (2, grid + 1, grid + 1): prefix sums over the cells of each hemisphere
 
 
-def _sums(cells: Mask) -> _Occupied:
+def _sum_occupied(cells: Mask) -> _Occupied:
     """Sum the occupied cells, so that four sums give their number in any rectangle."""
     grid = math.isqrt(len(cells) // 2)
     sums = np.zeros((2, grid + 1, grid + 1), np.int32)
@@ -139,7 +139,7 @@ def _sums(cells: Mask) -> _Occupied:
     return _Occupied(bool(sums[:, -1, -1].any()), sums)
 
 
-def _shadowed(places: Array, error: Array, around: _Occupied) -> Mask:
+def _find_shadowed(places: Array, error: Array, around: _Occupied) -> Mask:
     """Find the cells (K,) of a half-space in which shadows of balls may lie.
 
     `places` (3, 4, K) are the points at the cells' corners, relative to a light, each to within its `error` (4, K).

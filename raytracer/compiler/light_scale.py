@@ -69,7 +69,7 @@ def _most_irradiance(light: PointLight) -> float:
     assert_never(light.falloff)
 
 
-def in_light(frame: Frame, scale: float) -> Frame:
+def scale_light(frame: Frame, scale: float) -> Frame:
     """Return `frame` with all light multiplied by `scale`: of lights, ambient, background and emission."""
     compiled, factor = frame.compiled, np.float32(scale)
     lights = np.frombuffer(frame.lights.block, LIGHT[compiled.options.precision]).copy()

@@ -90,7 +90,9 @@ def _member(parameter: Parameter) -> str:
     return parameter.member or parameter.name
 
 
-def packed(layout: Layout, materials: Mapping[int, Material], to_view: NDArray[np.float64]) -> NDArray[np.float32]:
+def pack_materials(
+    layout: Layout, materials: Mapping[int, Material], to_view: NDArray[np.float64]
+) -> NDArray[np.float32]:
     """Pack the numbers of materials (N, texels, 4) in the layout that material_text() reads.
 
     Each material has the member `number`, its key in `materials`. `to_view` (3, 3) turns directions into view space.
@@ -107,7 +109,7 @@ def packed(layout: Layout, materials: Mapping[int, Material], to_view: NDArray[n
             row[layout.place(i)] = values.get(name, 0.0)
         lobes = row[layout.texels - len(LOBE_PARTS) * layout.lobes :].reshape(layout.lobes, len(LOBE_PARTS), 4)
         for place, lobe in zip(lobes, material.get("lobes", ()), strict=False):
-            place[:, :3] = _normalized(lobe)
+            place[:, :3] = _normalize_lobe(lobe)
     return result.astype(np.float32)
 
 
@@ -130,9 +132,9 @@ def measured_tables(materials: Iterable[Material]) -> list[Measured]:
     return list(dict.fromkeys(material.file for material in materials if material.get("file")))
 
 
-def struct(layout: Layout, material: Material, dtype: np.dtype[Any]) -> NDArray[Any]:
+def pack_struct(layout: Layout, material: Material, dtype: np.dtype[Any]) -> NDArray[Any]:
     """Return a material as an element of struct Material. Its directions are in view space."""
-    texels = packed(layout, {0: material}, np.eye(3))[0]
+    texels = pack_materials(layout, {0: material}, np.eye(3))[0]
     result = np.zeros((), dtype)
     for i, name in enumerate(layout.colors):
         result[name] = texels[i, :3]
@@ -145,7 +147,7 @@ def struct(layout: Layout, material: Material, dtype: np.dtype[Any]) -> NDArray[
     return result
 
 
-def _normalized(lobe: Any) -> NDArray[np.float64]:
+def _normalize_lobe(lobe: Any) -> NDArray[np.float64]:
     """Return the parts of a lobe (5, 3). Coefficients are divided by the largest one, whose power might underflow."""
     parts = np.array([getattr(lobe, part) for part in LOBE_PARTS])
     largest = np.abs(parts[:3]).max(axis=0)

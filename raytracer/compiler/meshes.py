@@ -61,7 +61,7 @@ class Coverage(msgspec.Struct, frozen=True, eq=False):
 
     def seen_cells(self, area: Rectangle) -> Mask:
         """Return the cells (rows, columns) of an area in which any surface may be visible."""
-        part = _cells_of(area)
+        part = _cell_slices(area)
         if EMPTY in self.cells:
             return ~self.cells[EMPTY][part]
         return np.ones(next(iter(self.cells.values()))[part].shape, bool)
@@ -103,7 +103,7 @@ def tile_meshes(coverage: Coverage, tile: Rectangle, mask: Mask | None, list_rea
 
 
 def _cell_mesh(cells: Mask, tile: Rectangle, mask: Mask | None, lists: Ints | None) -> Cells:
-    part = cells[_cells_of(tile)]
+    part = cells[_cell_slices(tile)]
     per = 1
     if mask is not None:
         per = PER_CELL
@@ -129,7 +129,7 @@ def _rectangle_mesh(rectangles: Ints, size: tuple[int, int], tile: Rectangle, ma
     return Rectangles(numbers.astype(np.int32), costs, int(sides.max(initial=0)))
 
 
-def _cells_of(area: Rectangle) -> tuple[slice, slice]:
+def _cell_slices(area: Rectangle) -> tuple[slice, slice]:
     """Return the rows and columns of the cells of an area."""
     x, y, width, height = area
     return slice(y // CELL, -(-(y + height) // CELL)), slice(x // CELL, -(-(x + width) // CELL))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from raytracer.core.validation import Vec3
-from raytracer.core.vectors import scaled
+from raytracer.core.vectors import scale_by
 from raytracer.scene.materials.convert import WITHOUT_PI, normal_reflectance
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
@@ -33,13 +33,13 @@ class Lobe(NamedTuple):
     f0: Vec3
 
 
-def lobe(material: Material) -> Lobe | None:
+def highlight_lobe(material: Material) -> Lobe | None:
     """Return the highlight of a material. None for models without one, and for lafortune, he and merl."""
     make = _LOBES.get(material.model)
     return make(material) if make else None
 
 
-def mirrored(material: Material) -> Vec3:
+def mirrored_share(material: Material) -> Vec3:
     """Estimate the share of the light that a material reflects as a mirror does."""
     f0 = normal_reflectance(material)
     if f0 is None or not MODELS[material.model].mirrors:
@@ -52,14 +52,14 @@ def mirrored(material: Material) -> Vec3:
     return f0
 
 
-def diffuse(material: Material) -> Vec3:
+def diffuse_reflectance(material: Material) -> Vec3:
     """Estimate a material's diffuse reflectance f, the radiance for each unit of irradiance."""
     if material.model in ("phong", "blinn"):
         return material.kd
     albedo = next(filter(None, map(material.get, ("kd", "rho", "color"))), None)
     if not albedo or not any(albedo):
         return _GREY
-    return albedo if material.model in WITHOUT_PI else scaled(albedo, 1.0 / math.pi)
+    return albedo if material.model in WITHOUT_PI else scale_by(albedo, 1.0 / math.pi)
 
 
 def _around_normal(h: float, peak: Vec3, power: float) -> Lobe:
@@ -81,12 +81,12 @@ def _blinn(m: Material) -> Lobe:
 
 
 def _phong_normalized(m: Material) -> Lobe:
-    return _around_mirror_direction(m.h, scaled(m.ks, (m.h + 2.0) / (2.0 * math.pi)), 1.0)
+    return _around_mirror_direction(m.h, scale_by(m.ks, (m.h + 2.0) / (2.0 * math.pi)), 1.0)
 
 
 def _blinn_normalized(m: Material) -> Lobe:
     constant = (m.h + 2.0) * (m.h + 4.0) / (8.0 * math.pi * (2.0 ** (-m.h / 2.0) + m.h))
-    return _around_normal(m.h, scaled(m.ks, constant), 1.0)
+    return _around_normal(m.h, scale_by(m.ks, constant), 1.0)
 
 
 def _strauss(m: Material) -> Lobe:
@@ -107,14 +107,14 @@ def _split(m: Material) -> Lobe:
 def _v_cavities(m: Material) -> Lobe:
     # D has the peak `c`, and 1 / (pi m^2) where that is 0 or missing.
     height = math.pi * m.m**2 * m.get("c", 0.0) or 1.0
-    return _facet_lobe(m.m, scaled(m.ks, _CONSTANTS[m.constant] * height), normal_reflectance(m))
+    return _facet_lobe(m.m, scale_by(m.ks, _CONSTANTS[m.constant] * height), normal_reflectance(m))
 
 
 def _facet_lobe(width: float, factor: Vec3, f0: Vec3 | None) -> Lobe:
     """Return the lobe of mirror facets whose normals have the solid angle pi width^2."""
     assert f0  # models of facets have a Fresnel factor
     size = math.pi * width**2
-    return Lobe(size, 0.0, scaled(factor, 1.0 / size), -1.0, f0)
+    return Lobe(size, 0.0, scale_by(factor, 1.0 / size), -1.0, f0)
 
 
 _LOBES: dict[str, Callable[[Material], Lobe]] = {

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.material_layout import Layout, packed
+from raytracer.compiler.material_layout import Layout, pack_materials
 from raytracer.compiler.surfaces import Surfaces, powers
 from raytracer.compiler.view_space import View, pixel_scale
 from raytracer.scene.lights import FALLOFFS, PointLight
@@ -51,10 +51,10 @@ def coincidences(view: View, precision: Precision) -> Ints:
     planes *= np.sign(planes[np.arange(len(planes)), first])[:, None]
     is_plane = np.arange(len(rows)) >= view.surfaces.spheres
     words = (rows + 0.0).view(np.uint64)  # -0.0 becomes 0.0, so that equal numbers have equal bits
-    return _numbered(np.column_stack([is_plane.astype(np.uint64), words]))
+    return _number_rows(np.column_stack([is_plane.astype(np.uint64), words]))
 
 
-def _numbered(rows: NDArray[np.uint64]) -> Ints:
+def _number_rows(rows: NDArray[np.uint64]) -> Ints:
     """Return a number from 1 to N for each row (N,), equal for equal rows.
 
     Sorting by all columns takes eight times as long as sorting by one key. So only rows with equal keys are sorted by
@@ -113,7 +113,7 @@ def material_texels(
 
     `materials` has the materials in use by their index in the scene.
     """
-    rows = packed(layout, materials, to_view)
+    rows = pack_materials(layout, materials, to_view)
     row = np.searchsorted(surfaces.used, surfaces.material)
     if layout.is_small:
         return rows[row].reshape(-1, 4)

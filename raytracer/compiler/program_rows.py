@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.batches import ProgramBatch
-from raytracer.compiler.csg_pruning import LEAF_SHIFT, TRUE, chains
+from raytracer.compiler.csg_pruning import LEAF_SHIFT, TRUE, mark_chains
 from raytracer.core.validation import InputError
 
 Array = NDArray[np.float64]
@@ -75,7 +75,7 @@ def rows_without_spheres(batch: ProgramBatch, spheres: int) -> Rows:
     _, code = batch.pruner.programs(np.zeros(len(planes), np.int64), planes, 1)
     count = len(batch.order)
     instance = np.repeat(np.arange(count), 1 if len(code) else 0)
-    return _rows(
+    return _make_rows(
         batch, np.zeros_like(instance), instance, np.arange(len(instance) + 1) * len(code), np.tile(code, count)
     )
 
@@ -110,7 +110,7 @@ def rows_of_cells(
         row, leaf = key >> bits, key & ((1 << bits) - 1)
     start, code = batch.pruner.programs(row, leaf, len(pair))
     cell, instance = np.divmod(pair, count)
-    return pair, _rows(batch, cell, instance, start, code), len(leaf)
+    return pair, _make_rows(batch, cell, instance, start, code), len(leaf)
 
 
 def fill_rows(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, most: int) -> Rows:
@@ -139,7 +139,7 @@ def _are_in(values: Ints, sorted_values: Ints) -> Mask:
     return sorted_values[np.minimum(at, len(sorted_values) - 1)] == values
 
 
-def _rows(batch: ProgramBatch, cell: Ints, instance: Ints, start: Ints, code: NDArray[np.int32]) -> Rows:
+def _make_rows(batch: ProgramBatch, cell: Ints, instance: Ints, start: Ints, code: NDArray[np.int32]) -> Rows:
     """Make rows of the programs that are neither empty nor the constant True."""
     count = np.diff(start)
     if len(code):
@@ -148,7 +148,7 @@ def _rows(batch: ProgramBatch, cell: Ints, instance: Ints, start: Ints, code: ND
         count = np.where(whole, 0, count)
         code = code[(code & 7) != TRUE]
         start = _starts(count)
-    code = chains(start, code)
+    code = mark_chains(start, code)
     surface = batch.surfaces[np.repeat(instance, count), code >> LEAF_SHIFT].astype(np.int32)
     code = (surface << LEAF_SHIFT) | (code & ((1 << LEAF_SHIFT) - 1))
     some = count > 0

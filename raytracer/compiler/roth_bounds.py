@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from raytracer.scene.instances import Instances
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix, simplified
+from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix, simplify
 
 
 def max_hits(solid: Solid) -> int:
@@ -42,7 +42,7 @@ def roth_loops(scene: Scene) -> int:
     cost = {Union: 1, Intersection: 1, Difference: 2, Complement: 1}
     loops = 0
     for item in scene.objects:
-        tree = simplified(item.solid if isinstance(item, Instances) else item)
+        tree = simplify(item.solid if isinstance(item, Instances) else item)
         count = len(item) if isinstance(item, Instances) else 1
         loops += count * (1 + sum(cost.get(type(node), 0) for node in tree))
     return loops

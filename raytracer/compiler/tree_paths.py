@@ -24,7 +24,7 @@ class Paths(NamedTuple):
     rank: Ints  # (nodes,): for each place, the number of other paths above its path
 
 
-def paths(parent: list[int]) -> Paths:
+def cut_into_paths(parent: list[int]) -> Paths:
     """Cut a tree into paths.
 
     `parent` has each node's parent. Parents come after their children. The root comes last, and is its own parent.

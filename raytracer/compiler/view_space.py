@@ -63,7 +63,7 @@ def camera_grid(camera: Camera, size: tuple[int, int]) -> tuple[tuple[float, flo
     return (-scale * width, -scale * height), 2.0 * scale * CELL, (-(-width // CELL), -(-height // CELL))
 
 
-def in_picture(camera: Camera, point: Vec3, size: tuple[int, int], margin: float) -> tuple[float, float, bool]:
+def project_point(camera: Camera, point: Vec3, size: tuple[int, int], margin: float) -> tuple[float, float, bool]:
     """Project a point into a picture of `size`: x, y in pixels from the lower left, and whether it is in view.
 
     A point is in view if it is inside the picture and at least `margin` pixels from the border. Any other point gets

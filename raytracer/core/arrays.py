@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError, Key, Keys, items
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def number_array(
     # Arrays of objects may hold numbers. Arrays of other dtypes, such as text, hold none.
     rows = items(value, most) if array is None or array.dtype.kind == "O" else None
     if rows is None:
-        raise InputError(f"expected {expected}, got {shown(value)}", key)
+        raise InputError(f"expected {expected}, got {format_value(value)}", key)
     if len(rows) > most:
         raise InputError(f"expected at most {most} rows", key)
     if not _are_plain(rows):

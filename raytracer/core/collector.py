@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def collector_paused() -> Iterator[None]:
+def pause_collector() -> Iterator[None]:
     """Disable the garbage collector within the block, which halves the time of reading a large scene file.
 
     Python still frees objects that are in no reference cycle. A collector that is already disabled stays disabled

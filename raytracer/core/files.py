@@ -11,7 +11,7 @@ from typing import IO
 _MOST_BYTES = 1 << 20
 
 
-def packaged(installed: str, checkout: str) -> Path:
+def find_data_folder(installed: str, checkout: str) -> Path:
     """Return a data folder of the package.
 
     Args:
@@ -24,14 +24,14 @@ def packaged(installed: str, checkout: str) -> Path:
 
 
 def read_packaged(path: Path) -> str:
-    """Read a text file from a folder that packaged() returned. Raises OSError and UnicodeDecodeError."""
+    """Read a text file from a folder that find_data_folder() returned. Raises OSError and UnicodeDecodeError."""
     data = read_bounded(path, _MOST_BYTES)
     if len(data) > _MOST_BYTES:
         raise OSError(0, f"it has more than {_MOST_BYTES} bytes")
     return data.decode()
 
 
-def opened(path: Path, folder: Path | None = None) -> IO[bytes]:
+def open_regular(path: Path, folder: Path | None = None) -> IO[bytes]:
     """Open a regular file for reading.
 
     Args:
@@ -72,13 +72,13 @@ def read_bounded(path: Path, most: int, folder: Path | None = None, *, stdin: bo
     Args:
         path: the file.
         most: the largest accepted size, in bytes.
-        folder: a folder that must contain the file, as for opened().
+        folder: a folder that must contain the file, as for open_regular().
         stdin: whether `path` may be /dev/stdin, a pipe. Default: False.
 
     Raises:
-        OSError: as for opened(), or standard input has no data.
+        OSError: as for open_regular(), or standard input has no data.
     """
-    with path.open("rb") if stdin and path == Path("/dev/stdin") else opened(path, folder) as file:
+    with path.open("rb") if stdin and path == Path("/dev/stdin") else open_regular(path, folder) as file:
         data = file.read(most + 1)
     if data is None:  # a special file of the system that has no data yet
         raise OSError(0, "there is nothing to read")

@@ -55,7 +55,7 @@ def run_guarded(load: Callable[[], Callable[[], int]]) -> int:
 
 
 @contextmanager
-def deferred() -> Iterator[None]:
+def defer_interrupts() -> Iterator[None]:
     """Delay Ctrl-C until the end of the block, for calls of C code in which a Python exception must not be raised."""
     import threading
 

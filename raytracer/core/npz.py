@@ -11,7 +11,7 @@ import struct
 from collections.abc import Callable, Iterable
 from typing import IO, TYPE_CHECKING, Any
 
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError
 
 if TYPE_CHECKING:
@@ -45,15 +45,17 @@ def read_arrays(
     Raises:
         InputError: the file is no `.npz` file, lacks an array, or `check` or `most` rejects an array.
     """
-    return _chosen(file, choose, lambda archive, info, name: _array(archive, info, name, check, most))
+    return _read_chosen(file, choose, lambda archive, info, name: _array(archive, info, name, check, most))
 
 
 def read_shape(file: IO[bytes], name: str, check: Check, most: int) -> tuple[int, ...]:
     """Return the shape of the array `name` without reading the array. Raises InputError as read_arrays() does."""
-    return _chosen(file, lambda _: [name], lambda archive, info, name: _shape(archive, info, name, check, most))[name]
+    return _read_chosen(file, lambda _: [name], lambda archive, info, name: _shape(archive, info, name, check, most))[
+        name
+    ]
 
 
-def _chosen(
+def _read_chosen(
     file: IO[bytes],
     choose: Callable[[list[str]], Iterable[str]],
     read: Callable[[ZipFile, ZipInfo, str], Any],
@@ -66,7 +68,7 @@ def _chosen(
             members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
             names = list(choose([*members]))
             if missing := [name for name in names if name not in members]:
-                raise InputError(f"expected an array {missing[0]}, got {shown(', '.join(members))}")
+                raise InputError(f"expected an array {missing[0]}, got {format_value(', '.join(members))}")
             return {name: read(archive, members[name], name) for name in names}
     except (InputError, MemoryError):
         raise

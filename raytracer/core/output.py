@@ -11,14 +11,14 @@ from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
-from raytracer.core.interrupts import deferred
-from raytracer.core.shown import shown
+from raytracer.core.interrupts import defer_interrupts
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError, check_path
 
 _ANY_MAY_WRITE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 # The permissions of a new file, before the umask removes some of them.
 _NEW_FILE = 0o666
-# A function that opens a file for writing, such as written_whole().
+# A function that opens a file for writing, such as write_atomically().
 Writer = Callable[[Path], AbstractContextManager[IO[Any]]]
 
 
@@ -70,7 +70,7 @@ def _target(path: Path) -> Path:
         mode = path.stat().st_mode
     except FileNotFoundError:
         if path.is_symlink():
-            got = f"a link to {shown(os.readlink(path))}, which is not there"
+            got = f"a link to {format_value(os.readlink(path))}, which is not there"
             raise InputError(f"expected a file, got {got}; remove the link", file=str(path)) from None
         return path
     if not stat.S_ISREG(mode):
@@ -87,7 +87,7 @@ def _target(path: Path) -> Path:
 
 
 @contextmanager
-def written_whole(path: Path, finish: Callable[[Path], object] | None = None) -> Iterator[IO[Any]]:
+def write_atomically(path: Path, finish: Callable[[Path], object] | None = None) -> Iterator[IO[Any]]:
     """Write a binary file atomically: it appears as `path` if the block succeeds, and is removed if the block raises.
 
     A replaced file keeps its permissions and, where possible, its owner. A symbolic link is kept, and its target is
@@ -101,13 +101,13 @@ def written_whole(path: Path, finish: Callable[[Path], object] | None = None) ->
         InputError: as check_output().
         OSError: the file cannot be written.
     """
-    with replaced_whole(_target(path), finish and partial(finish, path)) as file:
+    with replace_atomically(_target(path), finish and partial(finish, path)) as file:
         yield file
 
 
 @contextmanager
-def replaced_whole(path: Path, finish: Callable[[], object] | None = None) -> Iterator[IO[Any]]:
-    """Write a file as written_whole() does, but replace a symbolic link instead of following it.
+def replace_atomically(path: Path, finish: Callable[[], object] | None = None) -> Iterator[IO[Any]]:
+    """Write a file as write_atomically() does, but replace a symbolic link instead of following it.
 
     It is for folders in which other users could create a link: they cannot redirect the write to another file.
     """
@@ -131,7 +131,7 @@ def replaced_whole(path: Path, finish: Callable[[], object] | None = None) -> It
                     ):  # only root may change the owner, only members of a group may set that group
                         os.chown(temporary, *owner)
             temporary.chmod(mode)
-        with deferred():
+        with defer_interrupts():
             temporary.replace(path)
             if finish:
                 finish()

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
-from raytracer.core.shown import printable, shown
+from raytracer.core.shown import escape_unprintable, format_value
 from raytracer.core.terminal import print_note
 from raytracer.core.validation import InputError
 
@@ -24,7 +24,7 @@ Progress = Callable[[int, int], None]
 def check_progress(value: Any) -> None:
     """Raise InputError unless `value` is a callable object or None."""
     if value is not None and (not callable(value) or isinstance(value, type)):
-        raise InputError(f"expected a function of two numbers or None, got {shown(value)}", "progress")
+        raise InputError(f"expected a function of two numbers or None, got {format_value(value)}", "progress")
 
 
 def progress_bar(title: str) -> AbstractContextManager[Progress]:
@@ -84,7 +84,7 @@ def _bar(title: str) -> Iterator[Progress]:
             from rich.progress import Progress as Bar
 
             bar = Bar(console=Console(stderr=True), transient=True)
-            task = bar.add_task(escape(printable(title)), total=total)
+            task = bar.add_task(escape(escape_unprintable(title)), total=total)
             bar.start()
         if bar is not None:
             bar.update(task, completed=done, total=total)

@@ -6,7 +6,7 @@ from typing import Any, ForwardRef, Self, TypeVar
 
 import msgspec
 
-from raytracer.core.shown import shortened
+from raytracer.core.shown import shorten
 from raytracer.core.suggest import did_you_mean, known_names
 from raytracer.core.validation import KeyNameError
 
@@ -48,4 +48,4 @@ class Record(msgspec.Struct, frozen=True):
 def _unknown_field(name: str, owner: str, fields: tuple[str, ...]) -> KeyNameError:
     """Return the error for a `name` that is not among the `fields` of the class `owner`."""
     hint = f"({known_names(fields)}){did_you_mean(name, fields)}"
-    return KeyNameError(f"unknown field `{shortened(name)}` of {owner} {hint}", name)
+    return KeyNameError(f"unknown field `{shorten(name)}` of {owner} {hint}", name)

@@ -21,35 +21,35 @@ _MAX_BITS = 1024
 _BARE = re.compile(r"[A-Za-z0-9_-]+", re.ASCII)
 
 
-def printable(text: str) -> str:
+def escape_unprintable(text: str) -> str:
     """Return `text` with control characters escaped. File names and keys may contain any character."""
     return text if text.isprintable() else "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
-def dotted(keys: Sequence[str | int]) -> str:
+def format_keys(keys: Sequence[str | int]) -> str:
     """Return a path of keys in TOML's notation, with indices in brackets: `lights[1].color`, `materials."a: b".kd`."""
-    parts = [f"[{key}]" if isinstance(key, int) else f".{_quoted(key)}" for key in keys]
+    parts = [f"[{key}]" if isinstance(key, int) else f".{_quote(key)}" for key in keys]
     return "".join(parts).removeprefix(".")
 
 
-def shown(value: Any) -> str:
+def format_value(value: Any) -> str:
     """Return a text for `value` in an error message: at most 60 characters, all printable."""
     try:
         text = _text(value, _DEPTH)
     except Exception:  # no object may prevent the message
         text = _name(type(value))
-    return shortened(printable(text))
+    return shorten(escape_unprintable(text))
 
 
-def _quoted(key: str) -> str:
-    key = shortened(key)
+def _quote(key: str) -> str:
+    key = shorten(key)
     if _BARE.fullmatch(key):
         return key
     escaped = key.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{printable(escaped)}"'
+    return f'"{escape_unprintable(escaped)}"'
 
 
-def shortened(text: str) -> str:
+def shorten(text: str) -> str:
     """Return at most 60 characters of a text, because names may be very long."""
     return text if len(text) <= _LENGTH else text[: _LENGTH - 3] + "..."
 

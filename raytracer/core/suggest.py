@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from raytracer.core.shown import shortened
+from raytracer.core.shown import shorten
 
 # Longer names, and names beyond this number, are not compared: one comparison takes time in proportion to the product
 # of both lengths, and a scene file may have very many and very long names.
@@ -21,7 +21,7 @@ _CUTOFF = 0.65
 _WORD = 3
 
 
-def nearest(name: str, names: Iterable[str]) -> str | None:
+def find_nearest(name: str, names: Iterable[str]) -> str | None:
     """Return the one of `names` that is most similar to `name`, ignoring case, or None if none is similar."""
     from difflib import get_close_matches  # few runs need it
 
@@ -38,13 +38,13 @@ def nearest(name: str, names: Iterable[str]) -> str | None:
 
 def known_names(names: Iterable[str]) -> str:
     """Return a list of the first known names: `known: a, b, c`."""
-    listed = ", ".join(map(shortened, itertools.islice(names, 12)))
+    listed = ", ".join(map(shorten, itertools.islice(names, 12)))
     return f"known: {listed}" if len(listed) <= 120 else f"known: {listed[:120]}..."
 
 
 def did_you_mean(name: str, names: Iterable[str]) -> str:
     """Return `; did you mean "near"?` for the end of an error about `name`, or "" if none of `names` is similar."""
-    near = nearest(name, names)
+    near = find_nearest(name, names)
     return f'; did you mean "{near}"?' if near else ""
 
 
@@ -70,7 +70,7 @@ def did_you_mean_file(path: Path, others: Iterable[str] = ()) -> str:
 def _is_of_kind(name: str, suffix: str) -> bool:
     """Whether the file `name` has this suffix or a similar one. An empty suffix accepts every file."""
     own = Path(name).suffix
-    return not suffix or own == suffix or bool(nearest(suffix[1:], [own[1:]]))
+    return not suffix or own == suffix or bool(find_nearest(suffix[1:], [own[1:]]))
 
 
 def missing_extra(use: str, package: str, extra: str) -> str:

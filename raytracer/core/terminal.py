@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from raytracer.core.shown import printable
+from raytracer.core.shown import escape_unprintable
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -27,16 +27,16 @@ _WIDTH = 160
 def print_lines(*lines: str) -> None:
     """Print lines on standard output, with control characters escaped as in Python."""
     for line in lines:
-        print(printable(line), flush=True)
+        print(escape_unprintable(line), flush=True)
 
 
 def print_error(*lines: str) -> None:
     """Print an error on standard error: `raytracer: ` and the lines. The middle of a very long line is left out."""
-    first, *others = (_shortened(line) for line in lines or ("",))
+    first, *others = (_shorten(line) for line in lines or ("",))
     print_note(f"raytracer: {first}", *others)
 
 
-def _shortened(line: str) -> str:
+def _shorten(line: str) -> str:
     return line if len(line) <= 2 * _ENDS else f"{line[:_ENDS]} ... {line[-_ENDS:]}"
 
 
@@ -46,7 +46,7 @@ def print_note(*lines: str) -> None:
         return
     with suppress(OSError):
         for line in lines:
-            print(printable(line), file=sys.stderr)
+            print(escape_unprintable(line), file=sys.stderr)
 
 
 def print_json(text: str) -> None:
@@ -67,7 +67,7 @@ def table_cell(text: str) -> str:
     """Return text for a table's cell, with control characters and rich's markup escaped."""
     from rich.markup import escape
 
-    return escape(printable(text))
+    return escape(escape_unprintable(text))
 
 
 @contextmanager

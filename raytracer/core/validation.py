@@ -14,7 +14,7 @@ from typing import Any
 
 import msgspec
 
-from raytracer.core.shown import dotted, printable, shortened, shown
+from raytracer.core.shown import escape_unprintable, format_keys, format_value, shorten
 from raytracer.core.suggest import did_you_mean, known_names
 
 Vec3 = tuple[float, float, float]
@@ -59,7 +59,7 @@ class InputError(ValueError):
 
     def __str__(self) -> str:
         location = [] if self.file is None else [self.file if self.line is None else f"{self.file}:{self.line}"]
-        return printable(": ".join((*location, *filter(None, (dotted(self._shown_keys()), self.reason)))))
+        return escape_unprintable(": ".join((*location, *filter(None, (format_keys(self._shown_keys()), self.reason)))))
 
     def _shown_keys(self) -> Keys:
         """Return the keys that the message begins with."""
@@ -107,7 +107,7 @@ def within(*keys: Key) -> _Within:
 
 
 @contextmanager
-def about(place: object) -> Iterator[None]:
+def locate_errors(place: object) -> Iterator[None]:
     """Prefix InputErrors raised in the block with `place`, for example a file name."""
     try:
         yield
@@ -162,7 +162,7 @@ def number(
     except Exception:  # too large, a signalling NaN, or any error of the number's type
         result = math.nan
     if not math.isfinite(result) or not low <= result <= high:
-        raise InputError(f"expected {expected}, got {shown(value)}", key)
+        raise InputError(f"expected {expected}, got {format_value(value)}", key)
     return result
 
 
@@ -174,7 +174,7 @@ def integer(value: Any, key: Key | Keys, low: int, high: int) -> int:
     except Exception:  # any error of the number's type
         result = None
     if result is None or not low <= result <= high:
-        raise InputError(f"expected a whole number in [{low}, {high}], got {shown(value)}", key)
+        raise InputError(f"expected a whole number in [{low}, {high}], got {format_value(value)}", key)
     return result
 
 
@@ -182,7 +182,7 @@ def check_flag(value: Any, key: Key | Keys) -> bool:
     """Return a boolean of Python or NumPy as a bool. Raises InputError."""
     plain = _plain(value)
     if type(plain) is not bool:
-        raise InputError(f"expected True or False, got {shown(value)}", key)
+        raise InputError(f"expected True or False, got {format_value(value)}", key)
     return plain
 
 
@@ -204,17 +204,17 @@ def check_choice(value: Any, key: Key | Keys, choices: Iterable[str], *, expecte
     if name not in names:
         hint = hint or (did_you_mean(name, names) if name else "")
         expected = expected or f"one of {', '.join(names)}"
-        raise InputError(f"expected {expected}, got {shown(value)}{hint}", key)
+        raise InputError(f"expected {expected}, got {format_value(value)}{hint}", key)
     return name
 
 
 def check_text(value: Any, key: Key | Keys) -> str:
     """Return `value` as a str. Raises InputError for null characters and lone surrogates, which files cannot hold."""
     if not issubclass(type(value), str):
-        raise InputError(f"expected a string, got {shown(value)}", key)
+        raise InputError(f"expected a string, got {format_value(value)}", key)
     plain = str.__str__(value)
     if "\0" in plain or any("\ud800" <= c <= "\udfff" for c in plain):
-        raise InputError(f"expected text without null characters and lone surrogates, got {shown(value)}", key)
+        raise InputError(f"expected text without null characters and lone surrogates, got {format_value(value)}", key)
     return plain
 
 
@@ -226,7 +226,7 @@ def check_path(value: Any, key: Key | Keys) -> Path:
     except Exception:  # no path, a lone surrogate, or any error of __fspath__
         plain = None
     if not isinstance(plain, str) or not plain or "\0" in plain:  # an empty string would mean the folder "."
-        raise InputError(f"expected the path of a file, got {shown(value)}", key)
+        raise InputError(f"expected the path of a file, got {format_value(value)}", key)
     return Path(plain)
 
 
@@ -244,7 +244,7 @@ def vector(value: Any, key: Key | Keys, low: float, high: float, expected: str) 
     """Return three numbers in [low, high]. Raises InputError, with `expected` as the expected value in its message."""
     parts = value if type(value) in (tuple, list) else items(value, 3)
     if parts is None or len(parts) != 3:
-        raise InputError(f"expected {expected}, got {shown(value)}", key)
+        raise InputError(f"expected {expected}, got {format_value(value)}", key)
     x, y, z = parts
     return (
         number(x, key, low, high, expected),
@@ -273,7 +273,7 @@ def direction(value: Any, key: Key | Keys) -> Vec3:
     """Return a vector that defines a direction. Raises InputError, also for a vector shorter than 1e-12."""
     result = vector(value, key, -MAX_LENGTH, MAX_LENGTH, "3 finite numbers, not all 0")
     if math.hypot(*result) < 1.0 / MAX_LENGTH:
-        raise InputError(f"expected a vector that is not 0, got {shown(value)}", key)
+        raise InputError(f"expected a vector that is not 0, got {format_value(value)}", key)
     return result
 
 
@@ -281,7 +281,7 @@ def check_keys(table: Mapping[str, Any], keys: Sequence[str], needed: Sequence[s
     """Raise KeyNameError if a key of `table` is not in `keys`, or if `table` lacks a key of `needed`."""
     for name in table:
         if name not in keys:
-            raise KeyNameError(f"unknown key `{shortened(name)}` ({known_names(keys)}){did_you_mean(name, keys)}", name)
+            raise KeyNameError(f"unknown key `{shorten(name)}` ({known_names(keys)}){did_you_mean(name, keys)}", name)
     for name in needed:
         if name not in table:
             raise KeyNameError(f"missing key `{name}`", name)
@@ -294,7 +294,7 @@ def check_size(value: Any) -> tuple[int, int]:
     try:
         width, height = (integer(side, "size", 1, MAX_SIDE) for side in sides or ())
     except ValueError:  # an InputError, which is a ValueError, or a wrong number of sides
-        raise InputError(f"{expected}, got {shown(value)}", "size") from None
+        raise InputError(f"{expected}, got {format_value(value)}", "size") from None
     return width, height
 
 

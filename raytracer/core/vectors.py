@@ -20,12 +20,12 @@ def dot(a: Vec3, b: Vec3) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def scaled(a: Vec3, s: float) -> Vec3:
+def scale_by(a: Vec3, s: float) -> Vec3:
     """Return a * s."""
     return (a[0] * s, a[1] * s, a[2] * s)
 
 
-def divided(a: Vec3, s: float) -> Vec3:
+def divide_by(a: Vec3, s: float) -> Vec3:
     """Return a / s."""
     return (a[0] / s, a[1] / s, a[2] / s)
 

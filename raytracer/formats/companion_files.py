@@ -53,7 +53,7 @@ def read_companion(path: Path, most: int = MAX_BYTES) -> bytes:
 
 
 @contextmanager
-def copied(files: Sequence[Path], folder: Path) -> Iterator[None]:
+def copy_files(files: Sequence[Path], folder: Path) -> Iterator[None]:
     """Copy companion files into `folder`, except those that exist there with the same content.
 
     Links out of the folder of `files` are not followed. If the block raises an exception, the copies are removed.

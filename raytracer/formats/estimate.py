@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 # The effective number of squared errors below which their mean is uncertain: the root mean square of ten normally
 # distributed errors has a standard deviation of about a fifth.
-_FEW = 10.0
+_FEW_SQUARES = 10.0
 # The reason for an uncertain estimate if few pixels hold most of the squared error.
 FEW_PIXELS = "few pixels hold most of it"
 # The reason for an uncertain estimate if no sample may have hit the features that hold most of the error.
@@ -26,12 +26,12 @@ LOWER_BOUND_FACTOR = 0.5
 WORST_PIXEL_FACTOR = 3.0
 
 
-def is_dominated_by_few(squares: NDArray[np.floating], few: float = _FEW) -> bool:
+def is_dominated_by_few(squares: NDArray[np.floating], few: float = _FEW_SQUARES) -> bool:
     """Whether the sum of `squares` rests on too few of them: their effective number is below `few`."""
     return float(squares.sum()) ** 2 < few * float((squares**2).sum())
 
 
-def largest(values: NDArray[np.floating]) -> tuple[float, tuple[int, int]]:
+def find_largest(values: NDArray[np.floating]) -> tuple[float, tuple[int, int]]:
     """Return the largest of the `values` [rows, columns], and its (column, row)."""
     row, column = divmod(int(values.argmax()), values.shape[1])
     return float(values[row, column]), (column, row)

@@ -12,10 +12,10 @@ import msgspec
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from raytracer.core.output import check_output, written_whole
+from raytracer.core.output import check_output, write_atomically
 from raytracer.core.record import Record, public
-from raytracer.core.shown import shown
-from raytracer.core.validation import InputError, about, check_choice, check_text
+from raytracer.core.shown import format_value
+from raytracer.core.validation import InputError, check_choice, check_text, locate_errors
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.image_files import FORMATS
 from raytracer.formats.srgb import encode_srgb8
@@ -29,13 +29,13 @@ def _is_numbers(value: Any) -> bool:
 
 
 def _kind(value: Any) -> str:
-    return f"one of shape {value.shape} of {value.dtype}" if isinstance(value, np.ndarray) else shown(value)
+    return f"one of shape {value.shape} of {value.dtype}" if isinstance(value, np.ndarray) else format_value(value)
 
 
 def _check_keyword(key: Any) -> None:
     """Raise InputError unless PNG accepts `key` as a text's keyword: 1 to 79 printable Latin-1 characters."""
     if not (isinstance(key, str) and key.isprintable() and 1 <= len(key) < 80 and max(key) <= "\xff"):
-        raise InputError(f"expected names of 1 to 79 characters of Latin-1, got {shown(key)}", "metadata")
+        raise InputError(f"expected names of 1 to 79 characters of Latin-1, got {format_value(key)}", "metadata")
 
 
 class Geometry(NamedTuple):
@@ -104,9 +104,9 @@ class Image(Record, frozen=True, eq=False):
             if value is not None and not (_is_numbers(value) and value.shape == expected):
                 raise InputError(f"expected an array {expected} of numbers or None, got {_kind(value)}", name)
         if self.estimate is not None and not isinstance(self.estimate, Estimate):
-            raise InputError(f"expected an Estimate or None, got {shown(self.estimate)}", "estimate")
+            raise InputError(f"expected an Estimate or None, got {format_value(self.estimate)}", "estimate")
         if not isinstance(self.metadata, Mapping):
-            raise InputError(f"expected text by names, got {shown(self.metadata)}", "metadata")
+            raise InputError(f"expected text by names, got {format_value(self.metadata)}", "metadata")
         for key, text in self.metadata.items():
             _check_keyword(key)
             check_text(text, ("metadata", key))
@@ -148,7 +148,7 @@ class Image(Record, frozen=True, eq=False):
             InputError: another suffix, a path that cannot be written to, or, for .npz, a picture without geometry.
         """
         path = check_output(path, FORMATS)
-        with written_whole(path) as file, about(path):
+        with write_atomically(path) as file, locate_errors(path):
             self.write(file, path.suffix)
 
     def write(self, file: IO[bytes], suffix: str) -> None:
@@ -157,7 +157,7 @@ class Image(Record, frozen=True, eq=False):
         Raises InputError for another suffix, another object, or, for .npz, a picture without geometry.
         """
         if not callable(getattr(file, "write", None)):
-            raise InputError(f"expected a binary file, got {shown(file)}", "file")
+            raise InputError(f"expected a binary file, got {format_value(file)}", "file")
         form = FORMATS[check_choice(suffix.lower(), "suffix", FORMATS)]
         arrays = {name: getattr(self, name) for name in (*form.needed, *form.optional)}
         missing = [name for name in form.needed if arrays[name] is None]

@@ -12,7 +12,7 @@ from typing import IO, Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from raytracer.core.files import opened
+from raytracer.core.files import open_regular
 from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError, check_path
 from raytracer.formats import image_npz, image_png
@@ -71,7 +71,7 @@ FORMATS: dict[str, ImageFormat] = {
 
 def read_size(path: str | os.PathLike[str]) -> tuple[int, int]:
     """Read only the (width, height) of a picture file. Raises InputError as load_radiance() does."""
-    with _opened(path) as (file, form):
+    with _open_picture(path) as (file, form):
         return form.read_size(file)
 
 
@@ -84,19 +84,19 @@ def load_radiance(path: str | os.PathLike[str]) -> NDArray[Any] | image_png.Leve
     Raises:
         InputError: the file cannot be read, or contains something else. The message begins with the file's name.
     """
-    with _opened(path) as (file, form):
+    with _open_picture(path) as (file, form):
         return form.read_radiance(file)
 
 
 @contextmanager
-def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[IO[bytes], ImageFormat]]:
+def _open_picture(path: str | os.PathLike[str]) -> Iterator[tuple[IO[bytes], ImageFormat]]:
     """Open a picture file; the value is (file, format). Errors raised in the block get the file's name."""
     path = check_path(path, "path")
     form = FORMATS.get(path.suffix.lower())
     if form is None:
         raise InputError(f"expected a file that ends in {' or '.join(FORMATS)}", file=str(path))
     try:
-        with opened(path) as file:
+        with open_regular(path) as file:
             if (size := os.fstat(file.fileno()).st_size) > form.most_bytes:
                 raise InputError(f"expected a file of at most {form.most_bytes} bytes, got {size}")
             yield file, form

@@ -16,7 +16,7 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.core.shown import printable
+from raytracer.core.shown import escape_unprintable
 from raytracer.core.validation import InputError
 from raytracer.formats.png_chunks import SIGNATURE, check_whole, read_header
 from raytracer.formats.radiance import MAX_PIXELS, row_blocks
@@ -84,7 +84,7 @@ def read_radiance(file: IO[bytes]) -> Levels:
     except (InputError, MemoryError):
         raise
     except Exception as error:  # Pillow does not document the errors that damaged files cause
-        raise InputError(f"expected a PNG file: {' '.join(printable(str(error)).split())[:100]}") from None
+        raise InputError(f"expected a PNG file: {' '.join(escape_unprintable(str(error)).split())[:100]}") from None
     top_level = 65535 if is_16_bit else 255
     if pixels.shape[2] == 4 and (pixels[..., 3] != top_level).any():
         raise InputError("expected an opaque picture, got one with transparent pixels")
@@ -92,7 +92,7 @@ def read_radiance(file: IO[bytes]) -> Levels:
 
 
 @contextmanager
-def _undecoded(file: IO[bytes]) -> Iterator[ImageFile]:
+def _open_undecoded(file: IO[bytes]) -> Iterator[ImageFile]:
     """Open a PNG with Pillow, which does not read the pixels yet."""
     from PIL import Image
 
@@ -106,7 +106,7 @@ def _undecoded(file: IO[bytes]) -> Iterator[ImageFile]:
 
 def _pixels8(file: IO[bytes]) -> NDArray[Any]:
     """Return the RGBA pixels [H, W, 4] of a PNG with 8 bits per channel or less."""
-    with _undecoded(file) as picture:
+    with _open_undecoded(file) as picture:
         if picture.mode == "P" and picture.palette:
             colours = len(picture.palette.palette) // 3  # counted before Pillow reads the pixels and pads the palette
             if np.asarray(picture).max() >= colours:
@@ -120,14 +120,14 @@ def _pixels16(file: IO[bytes]) -> NDArray[Any]:
     Pillow returns only the first byte of each colour channel, the upper one. So the file is decoded twice: with the
     opposite byte order in Pillow's layout string, the first byte is the lower one.
     """
-    with _undecoded(file) as picture:
+    with _open_undecoded(file) as picture:
         layout = str(picture.tile[0][3])
         if "transparency" in picture.info or layout not in ("RGB;16B", "RGBA;16B", "I;16B"):
             raise InputError(f"expected RGB, RGBA or grey of 16 bits without transparent pixels, got {layout}")
         if layout == "I;16B":
             return np.repeat(np.asarray(picture)[..., None], 3, axis=2)
         upper = np.asarray(picture).astype(np.uint16)
-    with _undecoded(file) as picture:
+    with _open_undecoded(file) as picture:
         codec, box, offset, _ = picture.tile[0]
         picture.tile = [(codec, box, offset, layout.replace("16B", "16L"))]  # pyright: ignore[reportAttributeAccessIssue]
         upper <<= 8  # in place, because the arrays are large

@@ -6,7 +6,7 @@ import csv
 from array import array
 from collections.abc import Iterator
 
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError
 from raytracer.scene.instances import Instances
 from raytracer.scene.solids import MAX_SURFACES, Solid
@@ -47,7 +47,7 @@ def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
         if number == 1:
             header = [cell.strip() for cell in row]
             if header not in _HEADERS:
-                got = shown(",".join(header))
+                got = format_value(",".join(header))
                 raise InputError(f"expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}", line=1)
             continue
         if not row:
@@ -61,7 +61,7 @@ def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
             numbers.extend([float(cell) for cell in row])
         except ValueError:
             expected = f"{len(header)} numbers: {','.join(header)}"
-            raise InputError(f"expected {expected}, got {shown(','.join(row))}", line=number) from None
+            raise InputError(f"expected {expected}, got {format_value(','.join(row))}", line=number) from None
         lines.append(number)
     return numbers, lines, len(header)
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path, PurePath
 
-from raytracer.core.shown import shown
-from raytracer.core.validation import InputError, about
+from raytracer.core.shown import format_value
+from raytracer.core.validation import InputError, locate_errors
 from raytracer.formats import instance_csv, instance_npz
 from raytracer.formats.companion_files import ByteBudget, is_plain_name, read_companion
 from raytracer.scene.instances import Instances
@@ -35,9 +35,9 @@ def read_instances(solid: Solid, folder: Path, name: str, budget: ByteBudget | N
     """
     if not is_plain_name(name, READERS):
         expected = f"the plain name of a {' or '.join(READERS)} file in the scene file's folder"
-        raise InputError(f"expected {expected}, got {shown(name)}")
+        raise InputError(f"expected {expected}, got {format_value(name)}")
     budget = budget or ByteBudget()
     data = read_companion(folder / name, budget.left)
     budget.spend(len(data))
-    with about(name):
+    with locate_errors(name):
         return READERS[PurePath(name).suffix.lower()](solid, data)

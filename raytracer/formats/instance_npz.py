@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from raytracer.core.npz import read_arrays
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError
 from raytracer.formats import companion_files
 from raytracer.scene.instances import Instances
@@ -21,15 +21,15 @@ def read(solid: Solid, data: bytes) -> Instances:
 
 def _choose(names: list[str]) -> list[str]:
     if "positions" not in names or not {*names} <= {"positions", "scales"}:
-        got = shown(", ".join(names))
+        got = format_value(", ".join(names))
         raise InputError(f"expected the arrays positions and, optionally, scales, got {got}")
     return names
 
 
 def _check_header(name: str, shape: Sequence[int], dtype: Any) -> None:
     if dtype.kind not in "iuf":
-        raise InputError(f"expected numbers, got an array of {shown(str(dtype))}", name)
+        raise InputError(f"expected numbers, got an array of {format_value(str(dtype))}", name)
     is_right = len(shape) == 2 and shape[1] == 3 if name == "positions" else len(shape) <= 1
     if not is_right or not all(0 <= n <= MAX_SURFACES for n in shape):
         expected = "(N, 3)" if name == "positions" else "(N,) or ()"
-        raise InputError(f"expected an array {expected} with N at most {MAX_SURFACES}, got {shown(shape)}", name)
+        raise InputError(f"expected an array {expected} with N at most {MAX_SURFACES}, got {format_value(shape)}", name)

@@ -6,8 +6,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from raytracer.core.files import packaged, read_packaged
-from raytracer.core.shown import shown
+from raytracer.core.files import find_data_folder, read_packaged
+from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import InputError, within
 from raytracer.formats.toml_text import parse_toml
@@ -16,7 +16,7 @@ from raytracer.scene.materials.material import Material
 
 def folder() -> Path:
     """Return the folder of the collections' files."""
-    return packaged("materials", "assets/materials")
+    return find_data_folder("materials", "assets/materials")
 
 
 def collections() -> list[str]:
@@ -41,7 +41,7 @@ def published(name: str) -> Material:
         InputError: there is no such material.
     """
     if not isinstance(name, str):
-        raise InputError(f"expected {_library_hint(collections())}, got {shown(name)}", "name")
+        raise InputError(f"expected {_library_hint(collections())}, got {format_value(name)}", "name")
     with within("name"):
         return _library().material(str.__str__(name))
 
@@ -66,13 +66,13 @@ class MaterialLibrary:
             known = collections()
             if collection not in known:
                 hint = did_you_mean(collection, known)
-                raise InputError(f"expected {_library_hint(known)}, got {shown(name)}{hint}")
+                raise InputError(f"expected {_library_hint(known)}, got {format_value(name)}{hint}")
             self._tables[collection] = read_collection(collection)
         tables = self._tables[collection]
         if key not in tables:
             names = ", ".join(list(tables)[:8])
             hint = did_you_mean(key, tables)
-            raise InputError(f"expected a material of {collection} (such as {names}), got {shown(key)}{hint}")
+            raise InputError(f"expected a material of {collection} (such as {names}), got {format_value(key)}{hint}")
         return tables[key]
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError
 from raytracer.formats.companion_files import is_plain_name
 
@@ -42,7 +42,7 @@ class MeasuredFiles:
         """Read the table in the file `name` of the folder. Raises InputError."""
         if not isinstance(name, str) or not is_plain_name(name, READERS):
             expected = f"the plain name of a {' or '.join(READERS)} file in the scene file's folder"
-            raise InputError(f"expected {expected}, got {shown(name)}")
+            raise InputError(f"expected {expected}, got {format_value(name)}")
         if self._folder is None:
             raise InputError("a scene text has no folder for the file; load() the scene's file instead")
         if name not in self._tables:

@@ -79,7 +79,7 @@ def check_whole(file: IO[bytes], most_pixels: int) -> Header:
     for number, (length, kind) in enumerate(_chunks(file)):
         if kind == b"IHDR":
             if length == 13:
-                _header(struct.pack(">L4s", length, kind) + _exactly(file, 17), most_pixels)
+                _header(struct.pack(">L4s", length, kind) + _read_exactly(file, 17), most_pixels)
             raise InputError("expected a PNG file: it has two headers")
         beside += 0 if kind == b"IDAT" else length
         if number > _MOST_CHUNKS or beside > _MOST_BESIDE:
@@ -95,12 +95,12 @@ def check_whole(file: IO[bytes], most_pixels: int) -> Header:
         last = kind
         crc = zlib.crc32(kind)
         while length:
-            data = _exactly(file, min(length, _PIECE))
+            data = _read_exactly(file, min(length, _PIECE))
             length -= len(data)
             crc = zlib.crc32(data, crc)
             if kind == b"IDAT":
-                left -= _inflated(inflater, data, left)
-        if crc != int.from_bytes(_exactly(file, 4)):
+                left -= _inflate(inflater, data, left)
+        if crc != int.from_bytes(_read_exactly(file, 4)):
             raise InputError(f"expected a PNG file: its chunk {kind.decode()} is damaged")
     if left or not inflater.eof:
         raise InputError("expected a PNG file: pixels are missing")
@@ -110,7 +110,7 @@ def check_whole(file: IO[bytes], most_pixels: int) -> Header:
 def _chunks(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
     """Yield the length and kind of each chunk after the header. The caller reads the chunk's data and CRC."""
     while True:
-        length, kind = struct.unpack(">L4s", _exactly(file, 8))
+        length, kind = struct.unpack(">L4s", _read_exactly(file, 8))
         if length >= 1 << 31 or not kind.isalpha():
             raise InputError("expected a PNG file: a chunk is damaged")
         yield length, kind
@@ -120,14 +120,14 @@ def _chunks(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
             return
 
 
-def _exactly(file: IO[bytes], size: int) -> bytes:
+def _read_exactly(file: IO[bytes], size: int) -> bytes:
     data = file.read(size)
     if len(data) < size:
         raise InputError("expected a PNG file: it is cut off")
     return data
 
 
-def _inflated(inflater: zlib._Decompress, data: bytes, left: int) -> int:
+def _inflate(inflater: zlib._Decompress, data: bytes, left: int) -> int:
     """Inflate the next bytes and return the number of bytes of pixels. Raises InputError for more than `left`."""
     total = 0
     try:

@@ -13,8 +13,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from raytracer.core.collector import collector_paused
-from raytracer.core.files import packaged, read_bounded
+from raytracer.core.collector import pause_collector
+from raytracer.core.files import find_data_folder, read_bounded
 from raytracer.core.record import public
 from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError, check_path
@@ -62,7 +62,7 @@ class SceneDocument(NamedTuple):
 
 def examples() -> dict[str, Path]:
     """Return the files of the example scenes that are installed with the package, by name."""
-    return {path.stem: path for path in sorted(packaged("scenes", "assets/scenes").glob("*.toml"))}
+    return {path.stem: path for path in sorted(find_data_folder("scenes", "assets/scenes").glob("*.toml"))}
 
 
 def load(path: str | os.PathLike[str]) -> Scene:
@@ -117,13 +117,13 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
     """
     path = find_scene(path)
     text = read_text(path)
-    with _located(path, text):
+    with _locate_errors(path, text):
         return parse_section(parse_toml(text).get("settings", {})).settings.resolve()
 
 
 def loads(text: str, name: str = "scene") -> Scene:
     """Return the scene in a TOML text, without companion files. Warns and raises as `load`, without a file name."""
-    scene, _, warning = _parse(_without_mark(text), name, None)
+    scene, _, warning = _parse(_remove_mark(text), name, None)
     if warning:
         warnings.warn(warning, stacklevel=2)
     return scene
@@ -158,14 +158,14 @@ def read_text(path: Path) -> str:
     if len(data) > MAX_BYTES:
         raise InputError(f"expected a file of at most {MAX_BYTES} bytes", file=str(path))
     try:
-        return _without_mark(data.decode())
+        return _remove_mark(data.decode())
     except UnicodeDecodeError as error:
         raise InputError(f"expected UTF-8 text: {error.reason} at byte {error.start}", file=str(path)) from None
 
 
 def parse_document(path: Path, text: str, *, stacklevel: int = 2) -> SceneDocument:
     """Parse the text of the scene file `path`. Warns and raises as `load`; messages name file and line."""
-    with _located(path, text):
+    with _locate_errors(path, text):
         scene, section, warning = _parse(text, path.stem.encode(errors="replace").decode(), path.parent)
     if warning:
         warnings.warn(f"{path}: {warning}", stacklevel=stacklevel)
@@ -198,7 +198,7 @@ def edit_positions(text: str, scene: Scene, folder: Path | None = None) -> str:
     Raises:
         RuntimeError: the text has an unsupported TOML layout.
     """
-    text = _without_mark(text)
+    text = _remove_mark(text)
     try:
         edited = replace_positions(text, scene.camera.position, [light.position for light in scene.lights])
         is_right = _parse(edited, scene.name, folder)[0] == scene
@@ -210,7 +210,7 @@ def edit_positions(text: str, scene: Scene, folder: Path | None = None) -> str:
 
 
 @contextmanager
-def _located(path: Path, text: str) -> Iterator[None]:
+def _locate_errors(path: Path, text: str) -> Iterator[None]:
     """Add the file and the line to InputErrors raised in the block, which are about the text of the file `path`."""
     try:
         yield
@@ -220,7 +220,7 @@ def _located(path: Path, text: str) -> Iterator[None]:
         raise error.at(path, error.line or find_line(text, error.keys)) from None
 
 
-def _without_mark(text: str) -> str:
+def _remove_mark(text: str) -> str:
     """Remove the byte order mark that some editors on Windows put at the beginning of a text."""
     return text.removeprefix("\ufeff")
 
@@ -230,7 +230,7 @@ def _parse(text: str, name: str, folder: Path | None) -> tuple[Scene, SettingsSe
 
     `folder` contains the companion files. None: the text must not name any.
     """
-    with collector_paused():
+    with pause_collector():
         table = check_table(parse_toml(text), _TOP, _NEEDED)
         scene, warning = build_scene(table, name, folder)
         return scene, parse_section(table.get("settings", {})), warning

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean, known_names
 from raytracer.core.validation import InputError, check_choice, check_text, within
 from raytracer.formats import csg_expression
@@ -48,11 +48,11 @@ def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[
         InputError: a table has a wrong value.
     """
     measured = MeasuredFiles(folder)
-    materials = _named(table, "materials", lambda value, name: _material(value, name, measured))
+    materials = _make_named(table, "materials", lambda value, name: _material(value, name, measured))
     library = MaterialLibrary()
-    shapes = _named(table, "shapes", lambda value, name: _shape(value, name, materials, library))
+    shapes = _make_named(table, "shapes", lambda value, name: _shape(value, name, materials, library))
     _check_operators(table["objects"])
-    solids = _named(table, "objects", lambda value, _: _object(value, shapes, table["objects"]))
+    solids = _make_named(table, "objects", lambda value, _: _object(value, shapes, table["objects"]))
     objects = solids | _all_instances(table, solids, folder)
     with within("lights"):
         lights = [_light(value, i) for i, value in enumerate(as_list(table.get("lights", [])))]
@@ -66,10 +66,10 @@ def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[
         name=name,
         **{key: table[key] for key in ("ambient", "background") if key in table},
     )
-    return scene, _unused(shapes, scene)
+    return scene, _unused_warning(shapes, scene)
 
 
-def _named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:
+def _make_named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:
     """Return `make(value, name)` for each entry of the table at `key`, by name. Errors get the path of keys."""
     made: dict[str, T] = {}
     with within(key):
@@ -120,13 +120,13 @@ def _material_of(name: Any, materials: dict[str, Material], library: MaterialLib
         return materials[name]
     if not isinstance(name, str) or "/" not in name:
         hint = did_you_mean(name, materials) if isinstance(name, str) else ""
-        raise InputError(f"expected the name of a material, got {shown(name)} ({known_names(materials)}){hint}")
+        raise InputError(f"expected the name of a material, got {format_value(name)} ({known_names(materials)}){hint}")
     return library.material(name)
 
 
 def _object(text: Any, shapes: dict[str, Primitive], objects: dict[str, Any]) -> Solid:
     if not isinstance(text, str):
-        raise InputError(f"expected a string, an expression over shapes, got {shown(text)}")
+        raise InputError(f"expected a string, an expression over shapes, got {format_value(text)}")
     return csg_expression.parse(text, shapes, objects)
 
 
@@ -146,7 +146,7 @@ def _all_instances(table: dict[str, Any], solids: dict[str, Solid], folder: Path
             raise InputError(f"expected at most {MAX_SURFACES} primitives in all, got {count}")
         return made
 
-    return _named(table, "instances", make)
+    return _make_named(table, "instances", make)
 
 
 def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None, budget: ByteBudget) -> Instances:
@@ -159,7 +159,7 @@ def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | N
     if "file" not in table:
         return Instances(solids[name], table["positions"], table.get("scales", 1.0))
     if "scales" in table:
-        raise InputError(f"expected scales in {shown(table['file'])} only, not here as well", "scales")
+        raise InputError(f"expected scales in {format_value(table['file'])} only, not here as well", "scales")
     with within("file"):
         if folder is None:
             raise InputError(
@@ -168,7 +168,7 @@ def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | N
         return read_instances(solids[name], folder, check_text(table["file"], ()), budget)
 
 
-def _unused(shapes: dict[str, Primitive], scene: Scene) -> str:
+def _unused_warning(shapes: dict[str, Primitive], scene: Scene) -> str:
     """Return a warning of shapes that no object uses, or ""."""
     assert isinstance(scene.objects, SceneObjects)
     used = {*map(id, scene.objects.nodes)}

@@ -182,10 +182,10 @@ def _name(piece: re.Match[str]) -> str:
     """Return the part of a key that a token stands for."""
     text = piece[piece.lastgroup or 0]
     if text[0] == '"':
-        return _ESCAPE.sub(_unescaped, text[1:-1])
+        return _ESCAPE.sub(_unescape, text[1:-1])
     return text[1:-1] if text[0] == "'" else text
 
 
-def _unescaped(match: re.Match[str]) -> str:
+def _unescape(match: re.Match[str]) -> str:
     code = match[1] or match[2]
     return chr(int(code, 16)) if code else _ESCAPED.get(match[3], match[3])

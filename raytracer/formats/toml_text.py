@@ -35,7 +35,7 @@ def parse_toml(text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"expected TOML: {_without_middle(str(error))}", line=_line(error, text)) from None
+        raise InputError(f"expected TOML: {_cut_middle(str(error))}", line=_line(error, text)) from None
     except (RecursionError, ValueError):  # an integer of more digits than Python converts
         raise InputError("expected TOML without deep nesting or numbers of thousands of digits") from None
 
@@ -48,7 +48,7 @@ def _line(error: tomllib.TOMLDecodeError, text: str) -> int:
     return int(at[1]) if at else text.count("\n") + 1
 
 
-def _without_middle(message: str) -> str:
+def _cut_middle(message: str) -> str:
     """Shorten a message to 1000 characters. It keeps the end, which contains the position of the error."""
     half = _SHOWN // 2
     return message if len(message) <= _SHOWN else f"{message[:half]}...{message[3 - half :]}"

@@ -4,7 +4,7 @@ May import: core, compiler. Other packages may use
 
 - device: Device, shared_device; ADD, OVER (ways of blending)
 - glsl_call: call, dtype, struct_dtype (public as raytracer.glsl)
-- turns: exclusive, has_turn, is_cut_off, ContextError (public as raytracer.ContextError)
+- turns: hold_lock, has_turn, is_cut_off, ContextError (public as raytracer.ContextError)
 - context: open_window, Backend, PACKAGES; adapters: Adapter
 - context_report: examine_contexts, ContextReport, for `raytracer doctor`
 - scene_buffers: SceneBuffers, the numbers of a frame; draw_player: DrawPlayer, which plays lists of draws

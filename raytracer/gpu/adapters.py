@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import moderngl
 
-from raytracer.core.shown import printable, shown
+from raytracer.core.shown import escape_unprintable, format_value
 from raytracer.core.validation import InputError, integer
 
 VARIABLE = "RAYTRACER_DEVICE"
@@ -24,7 +24,7 @@ _SOFTWARE = ("llvmpipe", "softpipe", "swr", "swrast", "software rasterizer", "sw
 Adapter = int | str
 
 
-class Opened(NamedTuple):
+class ListedAdapter(NamedTuple):
     """An adapter of the list, with its context, or the reason why none opened."""
 
     number: int  # its index in EGL's list
@@ -44,7 +44,7 @@ class Opened(NamedTuple):
         return adapter in self.name.lower() if isinstance(adapter, str) else adapter == self.number
 
 
-def wanted_adapter(adapter: Any = None) -> Adapter | None:
+def choose_adapter(adapter: Any = None) -> Adapter | None:
     """Return the requested adapter: an index, a part of a name in lower case, or None for the best adapter.
 
     `adapter` is an index or a part of a name; None reads RAYTRACER_DEVICE. Raises InputError for any other value.
@@ -61,7 +61,7 @@ def wanted_adapter(adapter: Any = None) -> Adapter | None:
         return integer(value, where, 0, MAX_ADAPTERS)
     except InputError:
         expected = "the index of an EGL device, or a part of its name"
-        raise InputError(f"expected {expected}, got {shown(value)}", where) from None
+        raise InputError(f"expected {expected}, got {format_value(value)}", where) from None
 
 
 def open_adapter(adapter: Adapter | None = None, where: str = "device") -> moderngl.Context:
@@ -71,7 +71,7 @@ def open_adapter(adapter: Adapter | None = None, where: str = "device") -> moder
     chose the adapter, for messages. Raises InputError for an adapter that does not exist; RuntimeError if there is no
     adapter at all, or if the adapter does not open.
     """
-    seen: list[Opened] = []
+    seen: list[ListedAdapter] = []
     software: moderngl.Context | None = None
     for opened in opened_adapters(adapter if isinstance(adapter, int) else None):
         seen.append(opened)
@@ -95,10 +95,10 @@ def open_adapter(adapter: Adapter | None = None, where: str = "device") -> moder
         raise RuntimeError("; ".join(f"device {entry.number}: {entry.problem}" for entry in seen) or "no EGL device")
     names = "; ".join(f"{entry.number} ({entry.name or entry.problem})" for entry in seen)
     expected = f"the index or a part of the name of one of the EGL devices, {names}"
-    raise InputError(f"expected {expected}; got {shown(adapter)}", where)
+    raise InputError(f"expected {expected}; got {format_value(adapter)}", where)
 
 
-def opened_adapters(index: int | None = None) -> Iterator[Opened]:
+def opened_adapters(index: int | None = None) -> Iterator[ListedAdapter]:
     """Yield all adapters, or only the adapter `index`, each open and current; the caller releases it."""
     for i in range(MAX_ADAPTERS) if index is None else (index,):
         try:
@@ -107,14 +107,16 @@ def opened_adapters(index: int | None = None) -> Iterator[Opened]:
             reason = str(error) or type(error).__name__
             if "requested device index" in reason:  # past the end of the list
                 return
-            yield Opened(i, None, "", reason)
+            yield ListedAdapter(i, None, "", reason)
             if "not loaded" in reason:  # EGL itself is missing
                 return
         else:
-            yield Opened(i, context, printable(f"{context.info['GL_RENDERER']}, {context.info['GL_VENDOR']}"))
+            yield ListedAdapter(
+                i, context, escape_unprintable(f"{context.info['GL_RENDERER']}, {context.info['GL_VENDOR']}")
+            )
 
 
-def closed_adapters() -> Iterator[Opened]:
+def closed_adapters() -> Iterator[ListedAdapter]:
     """Yield all adapters, each closed before the next one."""
     for opened in opened_adapters():
         yield opened

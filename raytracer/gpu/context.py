@@ -16,7 +16,7 @@ from typing import Any, Literal, NoReturn, get_args
 import moderngl
 
 from raytracer.core.validation import InputError, check_choice
-from raytracer.gpu.adapters import REQUIRED, Adapter, open_adapter, wanted_adapter
+from raytracer.gpu.adapters import REQUIRED, Adapter, choose_adapter, open_adapter
 from raytracer.gpu.adapters import VARIABLE as ADAPTER_VARIABLE
 from raytracer.gpu.turns import ContextError, record_use
 
@@ -44,12 +44,12 @@ def choose_backend(backend: str | None = None, adapter: Adapter | None = None) -
     """Return the backend's name and the adapter, from the arguments or else from the environment variables.
 
     The adapter None stands for the best one. Only EGL has adapters: if one is chosen, "auto" becomes "egl". The
-    variable RAYTRACER_DEVICE is for EGL alone. Raises InputError as `backend_name` and `wanted_adapter` do, and for the
+    variable RAYTRACER_DEVICE is for EGL alone. Raises InputError as `backend_name` and `choose_adapter` do, and for the
     argument `adapter` with a backend other than EGL.
     """
     name = backend_name(backend)
     if name in ("auto", "egl"):
-        adapter = wanted_adapter(adapter)
+        adapter = choose_adapter(adapter)
         return "egl" if adapter is not None else name, adapter
     if adapter is not None:
         raise InputError(f"expected the backend egl, the only one with devices, got the backend {name}", "device")

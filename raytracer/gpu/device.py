@@ -12,7 +12,7 @@ import moderngl
 from raytracer.compiler.draws import MARGIN
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble
 from raytracer.compiler.limits import DriverLimits
-from raytracer.core.interrupts import deferred
+from raytracer.core.interrupts import defer_interrupts
 from raytracer.gpu.adapters import Adapter, make_none_current
 from raytracer.gpu.context import choose_backend, open_context
 from raytracer.gpu.gl import BufferTexture, Context, Program, varying_components
@@ -120,7 +120,7 @@ class Device:
         program = self._programs.pop(key, None)
         if program is None:
             try:
-                with deferred():
+                with defer_interrupts():
                     program = self.context.program(vertex_shader=vertex.text, fragment_shader=source.text)
             except moderngl.Error as error:
                 heading, _, log = str(error).rpartition("===\n")

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
 from raytracer.core.files import read_packaged
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError
 from raytracer.gpu.device import Device, shared_device
 from raytracer.gpu.gl import release, set_uniforms, volume_texture
@@ -76,7 +76,7 @@ def call(
     arguments, ValueError for an argument that does not fit its parameter.
     """
     device = device or shared_device()
-    types = _Types(file or _file_of(function), defines, generated)
+    types = _Types(file or _defining_file(function), defines, generated)
     result, parameters = types.signature(function)
     inputs = [p for p in parameters if p.direction != "out"]
     if len(arguments) != len(inputs):
@@ -108,7 +108,7 @@ def call(
 
 def dtype(struct: str, defines: Defines | None = None) -> np.dtype[Any]:
     """Return the NumPy dtype of a GLSL struct of `shaders/`, with the members' names. A bool member is int32."""
-    return _Types(_file_of(struct), defines).dtype(struct)
+    return _Types(_defining_file(struct), defines).dtype(struct)
 
 
 def struct_dtype(struct: str, file: str, generated: Mapping[str, str]) -> np.dtype[Any]:
@@ -129,7 +129,7 @@ def _definitions() -> dict[str, list[str]]:
     return files
 
 
-def _file_of(name: str) -> str:
+def _defining_file(name: str) -> str:
     files = _definitions().get(name, [])
     if len(files) != 1:
         places = f", but in {' and '.join(files)}" if files else ""
@@ -158,7 +158,7 @@ class _Types:
         """Return the type and the parameters of a function. Raises InputError if the file has none of that name."""
         match = re.search(rf"^(\w+)\s+{re.escape(function)}\s*\(([^()]*)\)\s*\{{", self._text, re.MULTILINE)
         if not match:
-            raise InputError(f"expected a function of {self._file}, got {shown(function)}", "function")
+            raise InputError(f"expected a function of {self._file}, got {format_value(function)}", "function")
         return match[1], [_Parameter(text) for text in match[2].split(",") if text.strip()]
 
     def dtype(self, name: str) -> np.dtype[Any]:

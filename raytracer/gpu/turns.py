@@ -30,7 +30,7 @@ class _Process:
 
     def __init__(self, *, is_cut_off: bool = False) -> None:
         self.is_cut_off = is_cut_off  # whether the process was forked after its parent had used OpenGL
-        self.has_begun = False
+        self.has_used_opengl = False
         self.lock = threading.Lock()
         self.owner: int | None = None  # the thread that holds the lock
 
@@ -41,7 +41,7 @@ _process = _Process()
 def _after_fork() -> None:
     """Forget the parent's lock, which a thread that is not in this process may hold."""
     global _process
-    _process = _Process(is_cut_off=_process.is_cut_off or _process.has_begun)
+    _process = _Process(is_cut_off=_process.is_cut_off or _process.has_used_opengl)
 
 
 if hasattr(os, "register_at_fork"):  # not on Windows
@@ -74,11 +74,11 @@ def has_turn() -> bool:
 def record_use() -> None:
     """Record that this process uses OpenGL from now on. Raises ContextError as check_process() does."""
     check_process()
-    _process.has_begun = True
+    _process.has_used_opengl = True
 
 
 @contextmanager
-def exclusive() -> Iterator[None]:
+def hold_lock() -> Iterator[None]:
     """Hold the process's one lock for a block: no other thread is in such a block meanwhile.
 
     Raises RuntimeError within another such block of the same thread.
@@ -98,9 +98,9 @@ def exclusive() -> Iterator[None]:
 
 @contextmanager
 def opengl_lock() -> Iterator[None]:
-    """Keep all other threads from OpenGL for a block. Raises the errors of exclusive() and check_process()."""
+    """Keep all other threads from OpenGL for a block. Raises the errors of hold_lock() and check_process()."""
     check_process()
-    with exclusive():
+    with hold_lock():
         yield
 
 

@@ -41,8 +41,8 @@ from raytracer.formats.estimate import (
     LOWER_BOUND_FACTOR,
     WORST_PIXEL_FACTOR,
     Estimate,
+    find_largest,
     is_dominated_by_few,
-    largest,
     picture_texts,
 )
 from raytracer.formats.image import Image
@@ -90,7 +90,7 @@ def trace_converged(
     """
     begin = time.perf_counter()
     job = make_job(scene, size, settings or Settings(), samples, tolerance)
-    file = disk_cache.path_of(job) if cache else None
+    file = disk_cache.cache_path(job) if cache else None
     image = disk_cache.read(file, job) if file else None
     is_traced = image is None
     if image is None:
@@ -119,7 +119,7 @@ def _estimate(error: NDArray[np.float64], samples: float, seconds: float) -> Est
     squares = np.square(error)
     is_uncertain = is_dominated_by_few(squares)
     rmse = (LOWER_BOUND_FACTOR if is_uncertain else 1.0) * math.sqrt(squares.mean())
-    worst, worst_at = largest(error)
+    worst, worst_at = find_largest(error)
     return Estimate(samples, seconds, rmse, WORST_PIXEL_FACTOR * worst, worst_at, FEW_PIXELS if is_uncertain else "")
 
 
@@ -149,7 +149,7 @@ def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:
                 if progress:
                     progress(done, max(expected, done + 1))
             is_above = np.sqrt(variance.mean(axis=1)) / taken > job.tolerance
-            active = np.flatnonzero(_with_neighbours(is_above.reshape(height, width)).ravel() & (taken < most))
+            active = np.flatnonzero(_extend(is_above.reshape(height, width)).ravel() & (taken < most))
             if not len(active):
                 break
     if progress:
@@ -164,7 +164,7 @@ def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:
     )
 
 
-def _with_neighbours(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _extend(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return a mask [H, W] extended by the 8 neighbours of each pixel."""
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(mask, 1), (3, 3))
     return np.any(windows, axis=(2, 3))

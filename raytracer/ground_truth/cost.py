@@ -23,7 +23,7 @@ _PROCESS = 1 << 26
 # of at least a microsecond.
 _STEPS, _STEP_SECONDS = 16, 1e-6
 # The longest time for tracing sample pixels, in seconds. If one pixel takes longer, the time is not measured.
-_TRIED = 1.0
+_TRIAL_SECONDS = 1.0
 _UNITS = (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0))
 
 
@@ -69,7 +69,7 @@ def estimate_cost(job: Job, workers: int | None = None) -> Cost:
     counts = [len(leaves(solid)) for solid in job.scene.solids()]
     rays = width * height * job.expected_samples / workers
     least = sum(_STEPS * _STEP_SECONDS * count**2 for count in counts)  # seconds for a batch of up to RAYS rays
-    if least > _TRIED:
+    if least > _TRIAL_SECONDS:
         return Cost(rays / RAYS * least, False, sum(counts))
     tracer = TaskTracer(job)
     rng = np.random.default_rng(0)
@@ -78,7 +78,7 @@ def estimate_cost(job: Job, workers: int | None = None) -> Cost:
         begin = time.perf_counter()
         tracer(Task(tried, FIRST_SAMPLES, (0, FIRST_SAMPLES, 0)))
         seconds = time.perf_counter() - begin
-        if seconds > _TRIED:
+        if seconds > _TRIAL_SECONDS:
             break
     # If only one pixel was traced: its rays take about as long as a full batch of RAYS rays.
     return Cost(rays / (len(tried) * FIRST_SAMPLES if len(tried) > 1 else RAYS) * seconds, len(tried) > 1, sum(counts))

@@ -14,9 +14,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from raytracer.core.files import opened
+from raytracer.core.files import open_regular
 from raytracer.core.npz import read_arrays
-from raytracer.core.output import replaced_whole
+from raytracer.core.output import replace_atomically
 from raytracer.core.validation import InputError
 from raytracer.formats.image import Image
 from raytracer.ground_truth.job import FIRST_SAMPLES, Job
@@ -44,7 +44,7 @@ def cache_folder() -> Path:
     return Path(os.environ.get("RAYTRACER_CACHE") or user_cache_dir("raytracer"))
 
 
-def path_of(job: Job) -> Path:
+def cache_path(job: Job) -> Path:
     """Return the file of a job's picture. Its name is a hash of everything that the picture depends on."""
     cache_key = {
         "scene": canonical(job.scene),
@@ -53,7 +53,7 @@ def path_of(job: Job) -> Path:
         "samples": job.samples,
         "tolerance": job.tolerance,
         "numpy": np.__version__,  # another version may have other random numbers
-        "sources": _sources(),
+        "sources": _hash_sources(),
     }
     text = json.dumps(cache_key, sort_keys=True)
     return cache_folder() / f"truth-{hashlib.sha256(text.encode()).hexdigest()}.npz"
@@ -76,7 +76,7 @@ def read(path: Path, job: Job) -> Image | None:
             raise InputError(f"expected {arrays[name]}, got {shape} of {dtype}", name)
 
     try:
-        with opened(path, path.parent) as file:
+        with open_regular(path, path.parent) as file:
             image = Image(**read_arrays(file, lambda names: arrays, check, os.fstat(file.fileno()).st_size))
     except (OSError, InputError):
         return None
@@ -107,7 +107,7 @@ def write(path: Path, image: Image) -> None:
     """Store a picture in the cache. If that fails, warn and continue."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with replaced_whole(path) as file:
+        with replace_atomically(path) as file:
             fields = msgspec.structs.asdict(image)
             arrays: dict[str, Any] = {name: value for name, value in fields.items() if isinstance(value, np.ndarray)}
             np.savez(file, **arrays)
@@ -165,7 +165,7 @@ def canonical(scene: Scene) -> Any:
     return {"materials": materials, **others}
 
 
-def _sources() -> list[list[str]]:
+def _hash_sources() -> list[list[str]]:
     """Return the name and a hash of each source file on which a traced picture depends."""
     packages = (file for package in _PACKAGES for file in (_ROOT / package).rglob("*.py"))
     files = sorted([*_ROOT.glob("*.py"), *packages])

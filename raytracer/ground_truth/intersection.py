@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.ground_truth.light_rays import ends_on
+from raytracer.ground_truth.light_rays import is_light_surface
 from raytracer.ground_truth.microfacets import dot
 from raytracer.scene.lights import PointLight
 from raytracer.scene.scene import Scene
@@ -81,7 +81,7 @@ class Tracer:
         result = []
         for k, leaf in enumerate(self.leaves):
             on = self.coincide[k][start] if start is not None else np.zeros(len(rd), bool)
-            lit = distance if light and ends_on(leaf, light) else None
+            lit = distance if light and is_light_surface(leaf, light) else None
             if isinstance(leaf, Sphere):
                 to_center = np.subtract(leaf.center, self._eye) - ro
                 along = dot(to_center, rd)

@@ -17,7 +17,7 @@ from raytracer.scene.solids import Primitive, Sphere
 Array = NDArray[np.float64]
 
 
-def ends_on(leaf: Primitive, light: PointLight) -> bool:
+def is_light_surface(leaf: Primitive, light: PointLight) -> bool:
     """Whether shadow rays end on a primitive's surface: a point light lies on it, or it is the light's own sphere."""
     if light.radius:
         return isinstance(leaf, Sphere) and light.is_bulb(leaf)

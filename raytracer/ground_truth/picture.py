@@ -13,9 +13,9 @@ from raytracer.ground_truth.cost import check_cost, estimate_cost
 from raytracer.ground_truth.job import SAMPLES, TOLERANCE, Job, check_accuracy
 from raytracer.scene.materials.models import Shading
 from raytracer.scene.options import Shadows
-from raytracer.scene.scene import Scene, checked_scene
+from raytracer.scene.scene import Scene, check_scene
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import SettingsPatch, checked_patch
+from raytracer.scene.settings_patch import SettingsPatch, patch_from_settings
 from raytracer.scene.warnings import scene_warnings
 
 # The default (width, height): a sixteenth of the pixels of render()'s default, because tracing in float64 on the CPU
@@ -72,9 +72,9 @@ def reference(
 
     Warns (UserWarning) as `render`, and if the reference takes more than a minute or much memory.
     """
-    scene = checked_scene(scene)
+    scene = check_scene(scene)
     overrides = SettingsPatch.without_none(shading=shading, shadows=shadows, bounces=bounces)
-    merged = (checked_patch(settings).without_sampling() | overrides).resolve()
+    merged = (patch_from_settings(settings).without_sampling() | overrides).resolve()
     size = check_size(size)
     samples, tolerance = check_accuracy(samples, tolerance)
     cache = check_flag(cache, "cache")

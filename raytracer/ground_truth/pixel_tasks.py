@@ -71,7 +71,7 @@ class TaskTracer:
         y, x = np.divmod(task.pixels, self._job.size[0])
         lights = len(self._job.scene.lights) if self._job.settings.shadows == "soft" else 0
         rng = np.random.default_rng((_SEED, *task.key))
-        offsets, *light_points = _spread(rng, len(x), task.samples, 1 + lights)
+        offsets, *light_points = _stratified_points(rng, len(x), task.samples, 1 + lights)
         shifts = np.stack(light_points, axis=-2) if lights else None
         radiance = self._trace(x[:, None, None] + offsets[..., 0], y[:, None, None] + offsets[..., 1], shifts).radiance
         sets = radiance.reshape(len(x), _SETS, -1, 3).mean(axis=2)
@@ -92,7 +92,7 @@ class TaskTracer:
         return ray_tracer.RayResults(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _spread(rng: np.random.Generator, pixels: int, samples: int, kinds: int) -> Iterator[Array]:
+def _stratified_points(rng: np.random.Generator, pixels: int, samples: int, kinds: int) -> Iterator[Array]:
     """Yield `kinds` arrays of stratified random points in [0, 1)^2 [pixels, sets, n, 2].
 
     Each set has one point in each of n equal boxes. The first array has the boxes in order. The other arrays have them

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from raytracer.formats.image import Image
 from raytracer.ground_truth.intersection import Tracer
-from raytracer.ground_truth.light_rays import ends_on, light_rays
+from raytracer.ground_truth.light_rays import is_light_surface, light_rays
 from raytracer.ground_truth.microfacets import dot
 from raytracer.ground_truth.reflectance import mirrored, reflected
 from raytracer.scene.camera import Camera
@@ -162,7 +162,7 @@ def _radiance(
         I[on] = np.multiply(material.ka, scene.ambient) + np.array(material.le)
 
     def rays_to(k: int, light: PointLight) -> Iterator[tuple[PointLight, Array, Array, Array]]:
-        own = np.array([light.radius > 0.0 and ends_on(leaf, light) for leaf in tracer.leaves])[surface]
+        own = np.array([light.radius > 0.0 and is_light_surface(leaf, light) for leaf in tracer.leaves])[surface]
         position = np.subtract(light.position, scene.camera.position)
         shift = shifts if shifts is None else shifts[:, k]
         return ((light, *ray) for ray in light_rays(light, position - P, own, n, rays, shift))
@@ -177,7 +177,7 @@ def _radiance(
             diluted = np.divide(blocked_at, distance, out=np.zeros(len(P)), where=blocked)
             S = np.where(blocked, diluted if settings.shadows == "diluted" else 0.0, 1.0)
         # A light that lies in a plane does not illuminate it: N.L is 0, although rounding may give another value.
-        on = np.array([ends_on(leaf, light) and not isinstance(leaf, Sphere) for leaf in tracer.leaves])
+        on = np.array([is_light_surface(leaf, light) and not isinstance(leaf, Sphere) for leaf in tracer.leaves])
         grazes = np.any(tracer.coincide & on, axis=1)[surface]
         lit = (NoL > 0.0) & (distance > 0.0) & ~grazes
         light_in = (S * lit)[:, None] * irradiance

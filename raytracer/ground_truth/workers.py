@@ -54,15 +54,15 @@ class Processes:
             return
         if not self._pool:
             context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self._workers, context, _begin, (self._make, self._job))
-        with _uninterrupted():
+            self._pool = ProcessPoolExecutor(self._workers, context, _start_worker, (self._make, self._job))
+        with _defer_interrupts():
             futures = {self._pool.submit(_work, task): task for task in tasks}
         for future in as_completed(futures):
             yield futures.pop(future), future.result()
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
+def _defer_interrupts() -> Iterator[None]:
     """Delay Ctrl-C until the end of the block. Processes that start in the block never receive it."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
@@ -78,7 +78,7 @@ def _uninterrupted() -> Iterator[None]:
 _worker: Callable[[Any], Any] | None = None
 
 
-def _begin(make: Callable[[Any], Callable[[Any], Any]], job: Any) -> None:
+def _start_worker(make: Callable[[Any], Callable[[Any], Any]], job: Any) -> None:
     global _worker
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()

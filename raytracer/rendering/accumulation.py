@@ -11,14 +11,14 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.draws import SUMMED, TOGETHER, Sample, sample_at
+from raytracer.compiler.draws import SAMPLES_AT_ONCE, SAMPLES_PER_SUM, Sample, sample_at
 from raytracer.compiler.features import Features
 from raytracer.compiler.meshes import Mask, Rectangle
 from raytracer.formats.estimate import Estimate
 from raytracer.rendering import stopping_rule
 from raytracer.rendering.block_measurements import BlockMeasurements
-from raytracer.rendering.estimator import BlockStatistics, empty_statistics, updated_statistics
-from raytracer.rendering.pixel_blocks import MARGIN, Blocks, surrounded
+from raytracer.rendering.estimator import BlockStatistics, empty_statistics, update_statistics
+from raytracer.rendering.pixel_blocks import MARGIN, Blocks, surrounding_area
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tile_sums import Counts, TileSums
 from raytracer.rendering.tiles import place
@@ -63,10 +63,10 @@ class Accumulation:
         self._renderer, self._measurements, self._options = renderer, measurements, options
         self._part, self._size, self._features = part, size, features
         self._chooses = measurements is not None and stopping_rule.chooses_blocks(options)
-        area, *areas = (surrounded(item, size) if self._chooses else item for item in (part, *tiles))
+        area, *areas = (surrounding_area(item, size) if self._chooses else item for item in (part, *tiles))
         self._sums = [TileSums(renderer, i, *item) for i, item in enumerate(zip(tiles, areas, strict=True))]
         cells = renderer.seen_cells(area)
-        self._blocks = Blocks.all_of(area, cells)
+        self._blocks = Blocks.make_all(area, cells)
         self._spare: Mask | None = None
         self._statistics: BlockStatistics | None = None
         if measurements and options.estimates_error and (always_estimates or options.has_stopping_rule):
@@ -99,21 +99,21 @@ class Accumulation:
 
         Args:
             seconds_left: the time for all further samples
-            together: draw TOGETHER samples at once if no decision is due before the last of them
+            together: draw SAMPLES_AT_ONCE samples at once if no decision is due before the last of them
 
         Raises ShaderError for a mistake in the shaders of measurements, and InputError as TileRenderer.draw() does.
         """
         begin = time.perf_counter()
         index, options, blocks = self.samples, self._options, self._blocks
-        more = TOGETHER if together and self._can_draw_together() else 1
+        more = SAMPLES_AT_ONCE if together and self._can_draw_together() else 1
         samples = [sample_at(index + k, options) for k in range(more)]
         for sums, around in self._active_tiles():
-            if index and index % SUMMED == 0:
+            if index and index % SAMPLES_PER_SUM == 0:
                 sums.read_before_new(self._counts(around), self._measurements)
             sums.draw(around, samples, self._light_scale)
         self.samples += more
         self._is_enough = self.samples == options.samples
-        self._blocks = blocks.sampled(more)
+        self._blocks = blocks.add_samples(more)
         drawn = time.perf_counter()
         self.drawing_seconds = drawn - begin
         if self._measurements:
@@ -140,10 +140,10 @@ class Accumulation:
         return self._is_enough or self.drawing_seconds + looking > seconds_left
 
     def _can_draw_together(self) -> bool:
-        """Whether TOGETHER samples at once save time, and no decision is due before the last of them."""
-        after = self.samples + TOGETHER
-        # Samples that are drawn at once must not belong to two sums of SUMMED samples, a multiple of TOGETHER.
-        if not self._renderer.draws_together or after > self._options.samples or after % TOGETHER:
+        """Whether SAMPLES_AT_ONCE samples at once save time, and no decision is due before the last of them."""
+        after = self.samples + SAMPLES_AT_ONCE
+        # Samples that are drawn at once must not belong to two sums. SAMPLES_PER_SUM is a multiple of SAMPLES_AT_ONCE.
+        if not self._renderer.draws_together or after > self._options.samples or after % SAMPLES_AT_ONCE:
             return False
         return not any(self._is_anything_due(n) for n in range(self.samples + 1, after))
 
@@ -160,10 +160,10 @@ class Accumulation:
         n, blocks, statistics = self.samples, self._blocks, self._statistics
         if statistics is None or not self._is_look_due(n):
             return
-        summed = (n - 1) % SUMMED + 1
+        summed = (n - 1) % SAMPLES_PER_SUM + 1
         if self._kept:
-            movement = self._measured(lambda around: measurements.movement(around, n, summed, self._kept))
-            self._statistics = updated_statistics(statistics, n, self._squares(movement), blocks.active)
+            movement = self._measure_tiles(lambda around: measurements.movement(around, n, summed, self._kept))
+            self._statistics = update_statistics(statistics, n, self._squares(movement), blocks.active)
         if 2 * n <= self._options.samples:
             for _, around in self._active_tiles():
                 measurements.keep_sums(around.area, around.cells, before=n > summed)
@@ -189,7 +189,9 @@ class Accumulation:
         if self._statistics is not None:
             squared_errors = self._correction**2 * self._statistics.squared_errors(blocks.samples)
         scale = self._light_scale
-        errors = self._measured(lambda around: measurements.errors(around, n, (n - 1) % SUMMED + 1, scale))
+        errors = self._measure_tiles(
+            lambda around: measurements.errors(around, n, (n - 1) % SAMPLES_PER_SUM + 1, scale)
+        )
         choice = stopping_rule.choose_blocks(
             options,
             blocks.active,
@@ -203,13 +205,13 @@ class Accumulation:
         active = choice.active
         if self._features is not None and options.max_error is not None:
             # A block whose samples all missed its bright features seems to have enough samples.
-            active = active | blocks.active & self._features.blocks_missed(
+            active = active | blocks.active & self._features.find_missed_blocks(
                 n, options.max_error, self._size, active.shape
             )
         if not active.any():
             self._is_enough = True
         elif not np.array_equal(active, blocks.active):
-            self._blocks = blocks.narrowed(active)
+            self._blocks = blocks.narrow(active)
 
     def resume(self, measured: Estimate, seconds_left: float) -> bool:
         """Continue sampling if the `measured` error is too large and `seconds_left` allows a sample; return whether so.
@@ -227,15 +229,15 @@ class Accumulation:
     def _active_tiles(self) -> Iterator[tuple[TileSums, Blocks]]:
         """Yield the tiles with active blocks, with the blocks of their areas. The renderer turns to each tile."""
         for sums in self._sums:
-            around = self._around(sums)
+            around = self._surrounding_blocks(sums)
             if around.active.any():
                 sums.take_turn()
                 yield sums, around
 
-    def _around(self, sums: TileSums) -> Blocks:
-        return self._blocks.around(sums.tile, sums.area)
+    def _surrounding_blocks(self, sums: TileSums) -> Blocks:
+        return self._blocks.surround(sums.tile, sums.area)
 
-    def _measured(self, measure: Callable[[Blocks], NDArray[np.float32]]) -> NDArray[np.float32]:
+    def _measure_tiles(self, measure: Callable[[Blocks], NDArray[np.float32]]) -> NDArray[np.float32]:
         """Apply `measure` to the blocks of all tiles, and join the results: 0 in tiles without active blocks."""
         joined = np.zeros(0, np.float32)
         for sums, around in self._active_tiles():
@@ -244,7 +246,7 @@ class Accumulation:
                 return measured
             if not len(joined):
                 joined = np.zeros((*self._blocks.active.shape, *measured.shape[2:]), np.float32)
-            joined[self._blocks.where(sums.tile)] = measured[around.where(sums.tile)]
+            joined[self._blocks.block_slices(sums.tile)] = measured[around.block_slices(sums.tile)]
         return joined
 
     def _counts(self, blocks: Blocks) -> Counts:
@@ -305,7 +307,7 @@ class Accumulation:
                 mean[where] /= np.float32(self._light_scale)
             if deviation is not None:
                 assert self._measurements
-                variance = sums.variance(self._counts(self._around(sums)), self._measurements)
+                variance = sums.variance(self._counts(self._surrounding_blocks(sums)), self._measurements)
                 deviation[where] = self._deviation(variance, mean[where])
         return self._samples
 

@@ -106,7 +106,7 @@ class BlockMeasurements:
     def keep_sums(self, area: tuple[int, int, int, int], cells: Mask, *, before: bool) -> None:
         """Keep a copy of the sums in some cells of an area, with `before` together with the sums before them."""
         # Compile the program that will read the copy, too, so that a mistake in it appears with the first sample.
-        self._compiled("movement_of_sums" if before else "movement")
+        self._compile("movement_of_sums" if before else "movement")
         program, inputs = "kept_sums" if before else "kept", _SUMMED_BEFORE if before else {}
         mesh = Cells(cell_blocks(cells), CELL)
         self._player.play([self._draw(program, "earlierSum", area[2:], mesh, inputs)])
@@ -135,14 +135,14 @@ class BlockMeasurements:
         """Warm up: make the driver compile the draws of all other methods, by drawing one cell."""
         area = 0, 0, min(CELL, self._target[0]), min(CELL, self._target[1])
         self._player.add_texture("summedBefore", self._target, 3)
-        blocks = Blocks.all_of(area, np.ones((1, 1), bool))
+        blocks = Blocks.make_all(area, np.ones((1, 1), bool))
         self.brightest(area)
         for samples in (NEXT, 2 * NEXT):
             self.keep_sums(area, blocks.cells, before=samples > NEXT)
             self.movement(blocks, samples, NEXT, 1)
         some = blocks.active.copy()
         some[0, 0] = False
-        for measured in (blocks, blocks.narrowed(some)):
+        for measured in (blocks, blocks.narrow(some)):
             self.errors(measured, NEXT, NEXT, 1.0)
         self.variance(area, blocks.cells, blocks.samples)
         self.variance(area, blocks.cells, NEXT)
@@ -163,9 +163,9 @@ class BlockMeasurements:
         port, shown = viewport(area)
         uniforms["draw.viewport"] = shown
         inputs = {"radianceSum": "radiance", **inputs}
-        return Draw(self._compiled(program), mesh, (target,), area, port, uniforms, inputs)
+        return Draw(self._compile(program), mesh, (target,), area, port, uniforms, inputs)
 
-    def _compiled(self, name: str) -> str:
+    def _compile(self, name: str) -> str:
         """Compile a program for the player, if the player does not have it, and return its name."""
         if not self._player.has_program(name):
             source, vertex = _SOURCES[name](), plain_vertex_source()

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from raytracer.compiler.glsl import materials
-from raytracer.compiler.material_layout import make_layout, struct
+from raytracer.compiler.material_layout import make_layout, pack_struct
 from raytracer.core.arrays import number_array
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError, Keys, check_text, is_number, number, vector
 from raytracer.gpu import glsl_call
 from raytracer.gpu.device import Device
@@ -64,7 +64,7 @@ def call(function: str, material: Material, *arguments: ArrayLike, device: Devic
     layout = make_layout([material])
     lines = ['#include "materials.glsl"', *materials.reflected_text(layout), *_EVALUATE]
     generated = {"materials.glsl": materials.material_text(layout), _TOP: "\n".join(lines)}
-    data = struct(layout, material, glsl_call.struct_dtype("Material", _TOP, generated))
+    data = pack_struct(layout, material, glsl_call.struct_dtype("Material", _TOP, generated))
     table = material.get("file")
     volumes = {"measured": table.values} if table else {}
     return glsl_call.call(function, data, *arguments, device=device, generated=generated, file=_TOP, volumes=volumes)
@@ -87,9 +87,9 @@ def bake(material: Material, *, device: Device | None = None) -> Measured:
 
 def _check(material: Any, device: Any) -> None:
     if not isinstance(material, Material):
-        raise InputError(f"expected a Material, got {shown(material)}", "material")
+        raise InputError(f"expected a Material, got {format_value(material)}", "material")
     if device is not None and not isinstance(device, Device):
-        raise InputError(f"expected a Device or None, got {shown(device)}", "device")
+        raise InputError(f"expected a Device or None, got {format_value(device)}", "device")
 
 
 def _raise_above_horizon(directions: NDArray[np.float64]) -> NDArray[np.float64]:

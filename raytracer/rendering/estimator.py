@@ -34,8 +34,8 @@ from raytracer.formats.estimate import (
     LOWER_BOUND_FACTOR,
     WORST_PIXEL_FACTOR,
     Estimate,
+    find_largest,
     is_dominated_by_few,
-    largest,
 )
 
 Array = NDArray[np.float64]
@@ -76,7 +76,7 @@ class BlockStatistics(NamedTuple):
         squared_errors = self.squared_errors(samples)[part]
         is_uncertain = is_dominated_by_few(squared_errors)
         # The worst pixel is in the block with the largest variance of a mean.
-        _, (column, row) = largest(self.most[part] / np.maximum(samples[part], 1))
+        _, (column, row) = find_largest(self.most[part] / np.maximum(samples[part], 1))
         x, y = (BLOCK * index + BLOCK // 2 for index in (column, row))
         return Estimate(
             mean_samples,
@@ -95,7 +95,7 @@ def empty_statistics(shape: tuple[int, ...]) -> BlockStatistics:
     return BlockStatistics(np.zeros(shape, np.int32), zeros, zeros)
 
 
-def updated_statistics(
+def update_statistics(
     statistics: BlockStatistics, samples: int, measurements: NDArray[np.floating], active: Mask
 ) -> BlockStatistics:
     """Update the statistics of the `active` blocks by a look after `samples` samples, and return them.

@@ -16,7 +16,7 @@ from raytracer.compiler.draws import sample_at
 from raytracer.compiler.frame import make_frame
 from raytracer.formats.image import Geometry, GeometrySource
 from raytracer.gpu.device import Device, shared_device
-from raytracer.gpu.turns import ContextError, exclusive, has_turn, is_cut_off
+from raytracer.gpu.turns import ContextError, has_turn, hold_lock, is_cut_off
 from raytracer.rendering.programs import find_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import place, split, tile_size
@@ -78,10 +78,10 @@ class DrawnGeometry(GeometrySource):
             # The only lock is OpenGL's turn. With a lock of this object besides, there would be a deadlock: one thread
             # holds the lock and waits for its turn, while the thread that has the turn needs the same arrays in a
             # progress callback.
-            with nullcontext() if within_turn else exclusive() if is_elsewhere else self._device.turn():
+            with nullcontext() if within_turn else hold_lock() if is_elsewhere else self._device.turn():
                 if self._request is not None:  # another thread may have drawn them meanwhile
                     request, device = self._request, self._device
-                    drawn = _drawn_elsewhere(device, request) if is_elsewhere else draw_geometry(device, request)
+                    drawn = _draw_in_process(device, request) if is_elsewhere else draw_geometry(device, request)
                     self._geometry, self._request = drawn, None
         assert self._geometry is not None
         return self._geometry
@@ -93,13 +93,13 @@ import os, pickle, sys
 output = os.fdopen(os.dup(1), "wb")
 os.dup2(2, 1)  # prints go to standard error, so that only the answer is on standard output
 sys.path[:], task = pickle.load(sys.stdin.buffer)
-from raytracer.rendering.geometry import answer
+from raytracer.rendering.geometry import answer_task
 with output:
-    answer(task, output)
+    answer_task(task, output)
 """
 
 
-def _drawn_elsewhere(device: Device, request: GeometryRequest) -> Geometry:
+def _draw_in_process(device: Device, request: GeometryRequest) -> Geometry:
     """Draw the geometry of `request` in another process, on the same kind of device."""
     compiled = request.compiled
     task = pickle.dumps((device.backend, device.adapter, compiled.scene, compiled.options, request.size, request.tile))
@@ -118,7 +118,7 @@ def _drawn_elsewhere(device: Device, request: GeometryRequest) -> Geometry:
     return result
 
 
-def answer(task: bytes, output: Any) -> None:
+def answer_task(task: bytes, output: Any) -> None:
     """Draw the geometry of a pickled task, and write it, or the error, as a pickle. The other process calls this."""
     backend, adapter, scene, options, size, tile = pickle.loads(task)
     result: Geometry | Exception

@@ -13,10 +13,10 @@ from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import shared_renderer
 from raytracer.scene.materials.models import Shading
 from raytracer.scene.options import Evaluator, Precision, Shadows
-from raytracer.scene.scene import Scene, checked_scene
+from raytracer.scene.scene import Scene, check_scene
 from raytracer.scene.sequences import SampleSequence
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import Quality, SettingsPatch, checked_patch
+from raytracer.scene.settings_patch import Quality, SettingsPatch, patch_from_settings
 from raytracer.scene.warnings import scene_warnings
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def render(
     no OpenGL context opens or in a forked child, RuntimeError if `progress` calls render(), MemoryError if the picture
     does not fit into memory.
     """
-    scene = checked_scene(scene)
+    scene = check_scene(scene)
     chosen = SettingsPatch.without_none(
         quality=quality,
         samples=samples,
@@ -95,7 +95,7 @@ def render(
         precision=precision,
         bounces=bounces,
     )
-    settings = (checked_patch(settings) | chosen).resolve()
+    settings = (patch_from_settings(settings) | chosen).resolve()
     size = check_size(size)
     geometry = check_flag(geometry, "geometry")
     check_progress(progress)

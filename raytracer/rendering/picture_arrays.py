@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.draws import SUMMED
+from raytracer.compiler.draws import SAMPLES_PER_SUM
 from raytracer.compiler.features import Features
 from raytracer.compiler.meshes import Rectangle
 from raytracer.core.progress import Progress
@@ -125,8 +125,8 @@ class PictureArrays:
 
     def _seconds_left(self, accumulation: Accumulation, until: float) -> float:
         """Return the seconds left for samples, if the read-back and the replicate must end by the time `until`."""
-        # From SUMMED samples on, the sum has a second part, which is read and added in float64.
-        parts = 1 if accumulation.samples < SUMMED else 2
+        # From SAMPLES_PER_SUM samples on, the sum has a second part, which is read and added in float64.
+        parts = 1 if accumulation.samples < SAMPLES_PER_SUM else 2
         reserve = parts * self._reading_seconds + (accumulation.samples + 1) * self._replicate_seconds
         return until - reserve - time.perf_counter()
 
@@ -156,7 +156,7 @@ class PictureArrays:
         samples = float(self._fewest if self.samples is None else self.samples.mean())
         spread, max_error = self._spread, self.options.max_error
         if spread is None or self._measurement is None or self._features is None:
-            return Estimate(samples, seconds, unknown=self._why_unknown(), max_error=max_error)
+            return Estimate(samples, seconds, unknown=self._reason_unknown(), max_error=max_error)
         unseen = self._features.missed_error(spread.samples)
         return replicate.estimate(self._measurement, spread, unseen, samples, seconds, max_error)
 
@@ -167,7 +167,7 @@ class PictureArrays:
             return np.full(self.radiance.shape[:2], np.nan, np.float32)
         return replicate.pixel_errors(self._measurement, spread)
 
-    def _why_unknown(self) -> str:
+    def _reason_unknown(self) -> str:
         if not SEQUENCES[self.options.sequence].estimates_error:
             return f"the sequence {self.options.sequence} does not support an error estimate"
         if self._features is None:

@@ -11,11 +11,11 @@ from raytracer.compiler.direction_cells import BLOCK, CELL
 from raytracer.compiler.meshes import PER_CELL, Mask, Rectangle
 from raytracer.rendering.stopping_rule import APRON
 
-# The most pixels that surrounded() adds at each side of a tile.
+# The most pixels that surrounding_area() adds at each side of a tile.
 MARGIN = CELL + BLOCK + APRON
 
 
-def surrounded(tile: Rectangle, size: tuple[int, int]) -> Rectangle:
+def surrounding_area(tile: Rectangle, size: tuple[int, int]) -> Rectangle:
     """Return the area on which decisions about a tile depend: its blocks and APRON pixels around, in whole cells."""
     (x, right), (y, top) = (
         (
@@ -37,21 +37,21 @@ class Blocks(NamedTuple):
     samples: NDArray[np.int32]  # the number of samples of each block
 
     @staticmethod
-    def all_of(area: Rectangle, cells: Mask) -> Blocks:
+    def make_all(area: Rectangle, cells: Mask) -> Blocks:
         """Return all blocks of an area, active and without a sample. `cells`: where anything may be visible."""
         shape = PER_CELL * cells.shape[0], PER_CELL * cells.shape[1]
         return Blocks(area, cells, np.ones(shape, bool), True, np.zeros(shape, np.int32))
 
-    def sampled(self, more: int) -> Blocks:
+    def add_samples(self, more: int) -> Blocks:
         """Return the blocks after `more` further samples of the active blocks."""
         return self._replace(samples=self.samples + np.int32(more) * self.active)
 
-    def narrowed(self, active: Mask) -> Blocks:
+    def narrow(self, active: Mask) -> Blocks:
         """Return the blocks with fewer of them `active`."""
         # Only cells in which anything may be visible: measurements have no kept sums of others.
-        return self._replace(active=active, cells=self.cells & self.by_cell(active), is_whole=bool(active.all()))
+        return self._replace(active=active, cells=self.cells & self.cell_mask(active), is_whole=bool(active.all()))
 
-    def where(self, area: Rectangle, side: int = BLOCK) -> tuple[slice, slice]:
+    def block_slices(self, area: Rectangle, side: int = BLOCK) -> tuple[slice, slice]:
         """Return the slices of the arrays with the blocks of an `area` of whole cells.
 
         The slices include blocks beyond the picture's edge if they are in a cell at the edge. `side` is the side of the
@@ -61,7 +61,7 @@ class Blocks(NamedTuple):
         (rows, columns), per = (-(-length // CELL) for length in (area[3], area[2])), CELL // side
         return slice(y // side, y // side + per * rows), slice(x // side, x // side + per * columns)
 
-    def around(self, tile: Rectangle, area: Rectangle) -> Blocks:
+    def surround(self, tile: Rectangle, area: Rectangle) -> Blocks:
         """Return the blocks of an `area` around a `tile`, both of whole cells.
 
         Once some blocks have stopped, only blocks of the tile are active, because decisions on them no longer depend on
@@ -69,15 +69,15 @@ class Blocks(NamedTuple):
         """
         if area == self.area:
             return self
-        where, active = self.where(area), self.active
+        where, active = self.block_slices(area), self.active
         if self.is_whole:
-            return Blocks(area, self.cells[self.where(area, CELL)], active[where], True, self.samples[where])
+            return Blocks(area, self.cells[self.block_slices(area, CELL)], active[where], True, self.samples[where])
         own = np.zeros_like(active)
-        own[self.where(tile)] = active[self.where(tile)]
-        part = self._replace(area=area, cells=self.cells[self.where(area, CELL)], samples=self.samples[where])
-        return part.narrowed(own[where])._replace(is_whole=False)
+        own[self.block_slices(tile)] = active[self.block_slices(tile)]
+        part = self._replace(area=area, cells=self.cells[self.block_slices(area, CELL)], samples=self.samples[where])
+        return part.narrow(own[where])._replace(is_whole=False)
 
-    def by_cell(self, mask: Mask) -> Mask:
+    def cell_mask(self, mask: Mask) -> Mask:
         """Return for each cell whether any of its blocks is True in `mask` (rows, columns)."""
         return np.asarray(mask.reshape(len(self.cells), PER_CELL, -1, PER_CELL).any(axis=(1, 3)))
 

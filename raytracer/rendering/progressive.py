@@ -12,7 +12,7 @@ import numpy as np
 
 from raytracer.compiler.bright_features import bright_features
 from raytracer.compiler.compiled_scene import CompiledScene, compile
-from raytracer.compiler.draws import SUMMED
+from raytracer.compiler.draws import SAMPLES_PER_SUM
 from raytracer.compiler.frame import Frame, make_frame
 from raytracer.compiler.glsl.preprocessor import ShaderError
 from raytracer.compiler.glsl.shaders import Show
@@ -119,7 +119,7 @@ class ProgressivePicture:
             self._device.limits.check(compiled)
             programs = find_programs(self._device, compiled, show)
         enlarged = self._pace.enlarged(size[0] * size[1]) if moving else 1
-        drawn_size = _enlarged(size, enlarged)
+        drawn_size = _enlarged_size(size, enlarged)
         tiles = self._tiles_for(size, geometry=show != "picture")
         self._frame = make_frame(compiled, drawn_size, self._device.limits, self._frame)
         tiles.load(programs, self._frame)
@@ -193,7 +193,7 @@ class ProgressivePicture:
             raise
         finally:
             self._seconds += time.perf_counter() - begin
-        width, height = _enlarged(self.size, self.enlarged)
+        width, height = _enlarged_size(self.size, self.enlarged)
         self._pace.add(self._accumulation.drawing_seconds / (width * height))
         self._write_stopped(self._accumulation)
 
@@ -239,7 +239,7 @@ class ProgressivePicture:
         assert self._tiles
         player = self._tiles.player
         names = {"radianceSum": "radiance"}
-        if self.samples > SUMMED:
+        if self.samples > SAMPLES_PER_SUM:
             names["summedBefore"] = "summedBefore"
         if self._stopped is not None:
             names["blockSamples"] = "blockSamples"
@@ -271,7 +271,7 @@ class ProgressivePicture:
     def image(self, metadata: Mapping[str, str]) -> Image:
         """Read the picture so far, with enlarged pixels as single pixels."""
         assert self._accumulation
-        width, height = _enlarged(self.size, self.enlarged)
+        width, height = _enlarged_size(self.size, self.enlarged)
         mean = np.empty((height, width, 3), np.float32)
         self._accumulation.read(mean)
         return Image(mean, metadata=metadata)
@@ -283,6 +283,6 @@ class ProgressivePicture:
         self._tiles = self._measurements = self._accumulation = None
 
 
-def _enlarged(size: tuple[int, int], by: int) -> tuple[int, int]:
+def _enlarged_size(size: tuple[int, int], by: int) -> tuple[int, int]:
     """Return the numbers of pixels, enlarged by a factor, that cover a window of `size`."""
     return -(-size[0] // by), -(-size[1] // by)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from raytracer.compiler.bright_features import bright_features
 from raytracer.compiler.compiled_scene import CompiledScene, compile
-from raytracer.compiler.draws import TOGETHER
+from raytracer.compiler.draws import SAMPLES_AT_ONCE
 from raytracer.compiler.features import NO_FEATURES
 from raytracer.compiler.frame import Frame, make_frame
 from raytracer.core.progress import Progress
@@ -115,7 +115,7 @@ class Renderer:
         # Plane-only cells have programs of their own if these save more time than their compilation takes.
         plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
         # With a time limit, samples are drawn one by one.
-        several = options.samples >= TOGETHER and options.time is None
+        several = options.samples >= SAMPLES_AT_ONCE and options.time is None
         largest = tile_size(size, tile, is_drawn_once=options.samples == 1)
         around = 2 * margin(options)
         target = min(width, largest[0] + around), min(height, largest[1] + around)

@@ -33,9 +33,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK, CELL
-from raytracer.compiler.draws import SUMMED, replicate_at
+from raytracer.compiler.draws import SAMPLES_PER_SUM, replicate_at
 from raytracer.compiler.meshes import PER_CELL, Rectangle
-from raytracer.formats.estimate import FEW_PIXELS, UNSEEN, WORST_PIXEL_FACTOR, Estimate, is_dominated_by_few, largest
+from raytracer.formats.estimate import (
+    FEW_PIXELS,
+    UNSEEN,
+    WORST_PIXEL_FACTOR,
+    Estimate,
+    find_largest,
+    is_dominated_by_few,
+)
 from raytracer.rendering.estimator import P
 from raytracer.rendering.tile_renderer import TileRenderer
 
@@ -177,9 +184,9 @@ def _squared_differences(
         renderer.draw(tile, [replicate_at(number)], mask, target="replicate")
         yield
         # A sum is read before the next sum begins.
-        if (number + 1) % SUMMED == 0 or number + 1 == most:
+        if (number + 1) % SAMPLES_PER_SUM == 0 or number + 1 == most:
             for total, (u, v), count in zip(sums, corners.tolist(), counts, strict=True):
-                if count > number // SUMMED * SUMMED:
+                if count > number // SAMPLES_PER_SUM * SAMPLES_PER_SUM:
                     total += renderer.read_replicate((u - x, v - y, total.shape[1], total.shape[0]))
     squares = []
     for total, (u, v), count in zip(sums, corners.tolist(), counts, strict=True):
@@ -215,7 +222,7 @@ def estimate(
         max_error: the requested error, or None
     """
     errors = spread.relative_errors()
-    worst, worst_at = largest(errors)
+    worst, worst_at = find_largest(errors)
     total = measurement.least if measurement.is_uncertain else measurement.total
     unknown = FEW_PIXELS if measurement.is_uncertain else UNSEEN if unseen > _UNSEEN_SHARE * total else ""
     rmse = math.sqrt(total / (3 * errors.size))

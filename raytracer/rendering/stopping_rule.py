@@ -106,14 +106,16 @@ def choose_blocks(
     goal = squared_errors.sum() / max(growth, 1.0) ** (2.0 * P)
     if options.max_error is not None:
         goal = max(goal, options.max_error**2 * 3 * pixels)
-    now = _surest(active, errors, squared_errors, _STOPPED_SHARE * goal)
+    now = _choose_surest(active, errors, squared_errors, _STOPPED_SHARE * goal)
     if spare is None or squared_errors[spare & active].sum() > _MISJUDGED * _STOPPED_SHARE * goal:
         # The picture has features that this number of samples often misses.
         return Choice(active, now)
     return Choice(active & ~(spare & now), now)
 
 
-def _surest(active: Mask, errors: NDArray[np.floating], squared_errors: NDArray[np.floating], most: float) -> Mask:
+def _choose_surest(
+    active: Mask, errors: NDArray[np.floating], squared_errors: NDArray[np.floating], most: float
+) -> Mask:
     """Select the `active` blocks with the smallest `errors` that, with inactive blocks, hold at most `most`."""
     left = most - squared_errors[~active].sum()
     order = np.argsort(errors[active], kind="stable")

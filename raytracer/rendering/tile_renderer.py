@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.draws import Sample, sample_at, sample_draws
 from raytracer.compiler.frame import Frame
-from raytracer.compiler.light_scale import in_light, light_scale
+from raytracer.compiler.light_scale import light_scale, scale_light
 from raytracer.compiler.meshes import (
     EMPTY,
     PER_CELL,
@@ -55,7 +55,7 @@ class TileRenderer:
         self.player = DrawPlayer(device)
         self.target = target
         self.has_geometry = geometry
-        self.draws_together = False  # whether TOGETHER samples at once take less time than one after another
+        self.draws_together = False  # whether SAMPLES_AT_ONCE samples at once take less time than one after another
         self._is_software = device.limits.is_llvmpipe
         self._buffers = SceneBuffers(device.context)
         self._frame: Frame | None = None
@@ -97,7 +97,7 @@ class TileRenderer:
 
     def _upload(self, frame: Frame, light_scale: float) -> None:
         """Upload the numbers of `frame`, with all light multiplied by `light_scale`."""
-        frame = frame if light_scale == 1.0 else in_light(frame, light_scale)
+        frame = frame if light_scale == 1.0 else scale_light(frame, light_scale)
         self._buffers.upload(frame)
         self._constants = {**frame.uniforms, "two": 2}
         self._light_scale = light_scale
@@ -156,7 +156,7 @@ class TileRenderer:
 
         Args:
             tile: the tile; with a `mask`, it must begin where a cell begins
-            samples: 1 or TOGETHER samples
+            samples: 1 or SAMPLES_AT_ONCE samples
             mask: the blocks to draw, in whole cells (rows, columns), the lowest row first. Default: all.
             light_scale: the factor of all light, a power of two. Default: 1.
             target: the texture of the sums, "radiance" or "replicate". Default: "radiance".

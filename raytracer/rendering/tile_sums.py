@@ -1,4 +1,4 @@
-"""Sums of the samples of one tile, on the GPU, and beyond SUMMED samples also in memory."""
+"""Sums of the samples of one tile, on the GPU, and beyond SAMPLES_PER_SUM samples also in memory."""
 
 from __future__ import annotations
 
@@ -26,14 +26,16 @@ class TileSums:
         self.tile, self.area = tile, area
         self._renderer, self._number = renderer, number
         self._total: Any = None  # the sums of the area that were read so far (H, W, 3)
-        self._variance: NDArray[np.float32] | None = None  # the variance of the first SUMMED samples (H, W), bottom up
+        self._variance: NDArray[np.float32] | None = (
+            None  # the variance of the first SAMPLES_PER_SUM samples (H, W), bottom up
+        )
 
     def take_turn(self) -> None:
         """Switch the renderer to this tile."""
         self._renderer.turn_to(self._number, self.area[2:])
 
     def draw(self, blocks: Blocks, samples: Sequence[Sample], light_scale: float) -> None:
-        """Draw 1 or TOGETHER more samples of the area's active blocks. Errors: see TileRenderer.draw()."""
+        """Draw 1 or SAMPLES_AT_ONCE more samples of the area's active blocks. Errors: see TileRenderer.draw()."""
         mask = None if blocks.is_whole else blocks.active
         self._renderer.draw(self.area, samples, mask, light_scale=light_scale)
 
@@ -68,12 +70,12 @@ class TileSums:
             np.divide(sums, divisors, out=out, casting="same_kind")
 
     def variance(self, counts: Counts, measurements: BlockMeasurements) -> NDArray[np.float32]:
-        """Return the variance of each pixel's first samples, at most SUMMED (H, W), the top row first."""
+        """Return the variance of each pixel's first samples, at most SAMPLES_PER_SUM (H, W), the top row first."""
         variance = self._variance if self._variance is not None else self._variance_so_far(counts, measurements)
         return variance[::-1][_within(self.tile, self.area)]
 
     def _variance_so_far(self, counts: Counts, measurements: BlockMeasurements) -> NDArray[np.float32]:
-        """Measure the variance of the area's samples, which must be at most SUMMED (H, W), the lowest row first."""
+        """Measure the variance of the area's samples, at most SAMPLES_PER_SUM (H, W), the lowest row first."""
         return measurements.variance(self.area, self._renderer.seen_cells(self.area), counts)
 
 

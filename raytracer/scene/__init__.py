@@ -3,9 +3,9 @@
 All objects are immutable and check their values when they are created. The package imports only core. It does not
 import OpenGL, and imports NumPy only for instances, measured materials and some warnings. Other packages may use:
 
-    scene: Scene, checked_scene, used_models
+    scene: Scene, check_scene, used_models
     scene_objects: SceneObjects
-    solids: Solid, Primitive, Sphere, Plane; Union, Intersection, Difference, Complement; leaves, postfix, simplified
+    solids: Solid, Primitive, Sphere, Plane; Union, Intersection, Difference, Complement; leaves, postfix, simplify
         and with_leaves (traversal of CSG trees); MAX_SURFACES, ROUNDING
     instances: Instances
     lights: PointLight, FALLOFFS
@@ -14,8 +14,8 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
     settings: Settings
     options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision,
         MAX_SAMPLES, MAX_BOUNCES, DEFAULT_SAMPLE_LIMIT, check_shading
-    settings_patch: SettingsPatch, EMPTY_PATCH, Quality, quality, QUALITIES, minimal_patch, flags, changes,
-        checked_patch (partial settings and their precedence)
+    settings_patch: SettingsPatch, EMPTY_PATCH, Quality, quality, QUALITIES, minimal_patch, flags, changed_fields,
+        patch_from_settings (partial settings and their precedence)
     sequences: SampleSequence, SEQUENCES, PROGRESSIVE, sample_place, sample_points, is_scattered, light_index,
         replicate_place
     warnings: scene_warnings, NO_RADIUS

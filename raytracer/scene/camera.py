@@ -6,7 +6,7 @@ import math
 
 from raytracer.core.record import Record, public
 from raytracer.core.validation import InputError, Vec3, direction, number, point, set_fields
-from raytracer.core.vectors import cross, divided, dot, scaled, sub
+from raytracer.core.vectors import cross, divide_by, dot, scale_by, sub
 
 # The smallest accepted sine of the angle between `up` and the direction of view. At smaller angles the rounding of the
 # input decides in which direction the picture's "right" points.
@@ -55,13 +55,13 @@ class Camera(Record, frozen=True):
         distance = math.hypot(*forward)
         if distance == 0.0:
             raise InputError(f"expected a point other than position, got {self.look_at}", "look_at")
-        forward = divided(forward, distance)
-        right = cross(forward, divided(self.up, math.hypot(*self.up)))
+        forward = divide_by(forward, distance)
+        right = cross(forward, divide_by(self.up, math.hypot(*self.up)))
         sine = math.hypot(*right)
         if sine < MIN_UP_ANGLE:
             raise InputError(f"expected a direction not parallel to the view, got {self.up}", "up")
         # A short cross product has a large relative rounding error: remove its component along `forward`.
-        right = divided(right, sine)
-        right = sub(right, scaled(forward, dot(right, forward)))
-        right = divided(right, math.hypot(*right))
+        right = divide_by(right, sine)
+        right = sub(right, scale_by(forward, dot(right, forward)))
+        right = divide_by(right, math.hypot(*right))
         return right, cross(right, forward), forward

@@ -11,7 +11,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from raytracer.core.record import Record, public
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -24,7 +24,7 @@ from raytracer.core.validation import (
     point,
     set_fields,
 )
-from raytracer.core.vectors import add, dot, scaled
+from raytracer.core.vectors import add, dot, scale_by
 from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves, with_leaves
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class Instances(Record, frozen=True, eq=False):
         from raytracer.core.arrays import number_array
 
         if not isinstance(self.solid, Solid):
-            raise InputError(f"expected a solid, got {shown(self.solid)}", "solid")
+            raise InputError(f"expected a solid, got {format_value(self.solid)}", "solid")
         positions = _float_array(number_array(self.positions, "positions", MAX_SURFACES, point))
         if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) == 0:
             raise InputError(f"expected at least one point, as an array (N, 3), got {_shape(positions)}", "positions")
@@ -154,7 +154,7 @@ class Instances(Record, frozen=True, eq=False):
     def solids(self) -> Iterator[Solid]:
         """Yield the N copies as solids."""
         for position, scale in zip(self.positions.tolist(), self.scales.tolist(), strict=True):
-            yield with_leaves(self.solid, lambda leaf, p=position, s=scale: _placed(leaf, p, s))
+            yield with_leaves(self.solid, lambda leaf, p=position, s=scale: _place(leaf, p, s))
 
     def spheres(self) -> tuple[Array, Array]:
         """Return the centres [N, S, 3] and radii [N, S] of the S spheres of each copy, bit-identical to solids()."""
@@ -172,9 +172,9 @@ def sphere_arrays(spheres: Sequence[Sphere]) -> tuple[Array, Array]:
     return np.fromiter(numbers, np.float64).reshape(-1, 3), np.array([sphere.radius for sphere in spheres])
 
 
-def _placed(leaf: Primitive, position: Vec3, scale: float) -> Primitive:
+def _place(leaf: Primitive, position: Vec3, scale: float) -> Primitive:
     if isinstance(leaf, Sphere):
-        return Sphere(add(scaled(leaf.center, scale), position), leaf.radius * scale, leaf.material)
+        return Sphere(add(scale_by(leaf.center, scale), position), leaf.radius * scale, leaf.material)
     return Plane(leaf.normal, leaf.offset * scale + dot(leaf.normal, position), leaf.material)
 
 

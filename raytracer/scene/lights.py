@@ -6,7 +6,7 @@ import math
 from typing import Literal, get_args
 
 from raytracer.core.record import Record, public
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -63,7 +63,7 @@ class PointLight(Record, frozen=True, repr_omit_defaults=True):
     def is_bulb(self, sphere: Sphere) -> bool:
         """Whether `sphere` has the light's centre and radius, up to rounding. It does not block the light."""
         if not isinstance(sphere, Sphere):
-            raise InputError(f"expected a Sphere, got {shown(sphere)}", "sphere")
+            raise InputError(f"expected a Sphere, got {format_value(sphere)}", "sphere")
         largest = max(map(abs, (*sphere.center, *self.position, self.radius)))
         difference = max(math.dist(sphere.center, self.position), abs(sphere.radius - self.radius))
         return difference <= ROUNDING * largest

@@ -12,7 +12,7 @@ import msgspec
 from msgspec import UNSET
 
 from raytracer.core.record import Record
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import InputError, check_choice, integer, number, set_fields
 from raytracer.scene.materials.models import MODELS, SHADINGS, Shading
@@ -96,7 +96,9 @@ class SamplingOptions(Record, frozen=True):
                 set_fields(self, **{key: number(value, key, math.ulp(0.0), expected=expected)})
                 fit = _ESTIMATING if key == "max_error" else PROGRESSIVE
                 if self.sequence not in fit:
-                    raise InputError(f"expected {' or '.join(fit)} with {key}, got {shown(self.sequence)}", "sequence")
+                    raise InputError(
+                        f"expected {' or '.join(fit)} with {key}, got {format_value(self.sequence)}", "sequence"
+                    )
         if self.adaptive is not None and self.has_stopping_rule:
             raise InputError(
                 "cannot be combined with max_error or time, which distribute the samples by themselves: remove "
@@ -134,12 +136,12 @@ def check_shading(name: Any, choices: tuple[str, ...] = SHADINGS) -> str:
     if isinstance(name, str) and name not in choices:
         if name in MODELS:
             remedy = f'{name} needs a file, which only a material can name: model = "{name}", file = "brass.binary"'
-            raise InputError(f"expected a model without a file, got {shown(name)}; {remedy}", "shading")
+            raise InputError(f"expected a model without a file, got {format_value(name)}; {remedy}", "shading")
         if name == "none":
             remedy = "the materials keep their models without this setting, in Python also with None"
-            raise InputError(f"expected a reflectance model, got {shown(name)}; {remedy}", "shading")
+            raise InputError(f"expected a reflectance model, got {format_value(name)}; {remedy}", "shading")
         if near := did_you_mean(name, choices):
-            raise InputError(f"expected a reflectance model, got {shown(name)}{near}", "shading")
+            raise InputError(f"expected a reflectance model, got {format_value(name)}{near}", "shading")
     return check_choice(name, "shading", choices)
 
 
@@ -149,5 +151,7 @@ def _check_precision(bits: Any) -> int:
     except InputError:
         result = 0
     if result not in get_args(Precision):
-        raise InputError(f"expected one of {', '.join(map(str, get_args(Precision)))}, got {shown(bits)}", "precision")
+        raise InputError(
+            f"expected one of {', '.join(map(str, get_args(Precision)))}, got {format_value(bits)}", "precision"
+        )
     return result

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from raytracer.core.record import Record, public
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError, Vec3, check_text, color, items, set_fields
 from raytracer.scene.camera import Camera
 from raytracer.scene.instances import Instances
@@ -54,7 +54,7 @@ class Scene(Record, frozen=True):
         if not isinstance(objects, SceneObjects):
             objects = SceneObjects(_tuple_of(objects, (Solid, Instances), "objects", "solids and Instances"))
         if not isinstance(self.camera, Camera):
-            raise InputError(f"expected a Camera, got {shown(self.camera)}", "camera")
+            raise InputError(f"expected a Camera, got {format_value(self.camera)}", "camera")
         materials = _tuple_of(self.materials, (Material,), "materials", "Materials")
         set_fields(
             self,
@@ -71,10 +71,12 @@ class Scene(Record, frozen=True):
         return tuple(s for o in self.objects for s in (o.solids() if isinstance(o, Instances) else (o,)))
 
 
-def checked_scene(value: Any) -> Scene:
+def check_scene(value: Any) -> Scene:
     """Return `value` if it is a Scene. Raises InputError otherwise."""
     if not isinstance(value, Scene):
-        raise InputError(f"expected a Scene (raytracer.load() reads one from a file), got {shown(value)}", "scene")
+        raise InputError(
+            f"expected a Scene (raytracer.load() reads one from a file), got {format_value(value)}", "scene"
+        )
     return value
 
 
@@ -90,12 +92,12 @@ def _tuple_of(values: Any, kinds: tuple[type, ...], key: str, expected: str) -> 
         values = (values,)
     result = values if type(values) is tuple else items(values, MAX_SURFACES)
     if result is None:
-        raise InputError(f"expected {expected}, got {shown(values)}", key)
+        raise InputError(f"expected {expected}, got {format_value(values)}", key)
     result = tuple(result)
     if len(result) > MAX_SURFACES:
         raise InputError(f"expected at most {MAX_SURFACES} {expected}", key)
     # Check each distinct type once: a million values have few types.
     if not all(issubclass(kind, kinds) for kind in {*map(type, result)}):
         wrong = next(value for value in result if not isinstance(value, kinds))
-        raise InputError(f"expected {expected}, got {shown(wrong)}", key)
+        raise InputError(f"expected {expected}, got {format_value(wrong)}", key)
     return result

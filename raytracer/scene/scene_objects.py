@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from raytracer.core.validation import InputError
 from raytracer.scene.instances import Instances, sphere_arrays
 from raytracer.scene.materials.material import Material
-from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, simplified
+from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, simplify
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,7 +50,7 @@ class SceneObjects(tuple[Solid | Instances, ...]):
     Raises InputError for no objects, and for more than MAX_SURFACES primitives.
     """
 
-    # The trees of all objects, one after another, in the order of simplified(): tree i is
+    # The trees of all objects, one after another, in the order of simplify(): tree i is
     # nodes[starts[i] : starts[i + 1]].
     nodes: list[Solid]
     starts: list[int]
@@ -68,7 +68,7 @@ class SceneObjects(tuple[Solid | Instances, ...]):
             if isinstance(item, Instances):
                 self._instances[i] = item
                 item = item.solid
-            self.nodes += simplified(item)
+            self.nodes += simplify(item)
             self.starts.append(len(self.nodes))
             # Stop early: objects may share solids, so that all trees written out may not fit into memory.
             if len(self.nodes) > _NODES_PER_LEAF * MAX_SURFACES:

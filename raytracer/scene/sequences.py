@@ -112,8 +112,8 @@ def _sobol(k: int, _: int) -> tuple[float, float]:
 
 def scrambled_sobol(k: int, x_seed: int, y_seed: int) -> tuple[int, int]:
     """Return point k of Sobol's sequence, scrambled by a seed per dimension, as integers in units of 2^-24."""
-    x = _reversed(_scrambled(k, x_seed) ^ _scrambled(0, x_seed))
-    y = _reversed(_scrambled(_pascal(k), y_seed) ^ _scrambled(0, y_seed))
+    x = _reverse_bits(_scramble(k, x_seed) ^ _scramble(0, x_seed))
+    y = _reverse_bits(_scramble(_pascal(k), y_seed) ^ _scramble(0, y_seed))
     return (x >> 8) ^ 1 << 23, (y >> 8) ^ 1 << 23
 
 
@@ -159,11 +159,11 @@ def replicate_place(k: int) -> tuple[int, int]:
 # of Sobol's second dimension, a Pascal matrix modulo 2.
 
 
-def _reversed(x: int) -> int:
+def _reverse_bits(x: int) -> int:
     return int(f"{x:032b}"[::-1], 2)
 
 
-def _scrambled(x: int, seed: int) -> int:
+def _scramble(x: int, seed: int) -> int:
     bits = 0xFFFFFFFF
     x ^= x * 0x3D20ADEA & bits
     x = (x + seed) * (seed >> 16 | 1) & bits

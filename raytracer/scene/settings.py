@@ -8,7 +8,7 @@ import msgspec
 from msgspec import UNSET
 
 from raytracer.core.record import Record, public
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError, set_fields
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
@@ -102,11 +102,11 @@ class Settings(Record, frozen=True):
         Raises InputError if the conversion needs an exponent above 1e6.
         """
         if not isinstance(material, Material):
-            raise InputError(f"expected a Material, got {shown(material)}", "material")
+            raise InputError(f"expected a Material, got {format_value(material)}", "material")
         return self.compile_options.shaded(material)
 
     def cast(self, light: PointLight) -> PointLight:
         """Return `light` as it shines with these shadows: without its radius, unless shadows are soft."""
         if not isinstance(light, PointLight):
-            raise InputError(f"expected a PointLight, got {shown(light)}", "light")
+            raise InputError(f"expected a PointLight, got {format_value(light)}", "light")
         return self.compile_options.effective_light(light)

@@ -9,7 +9,7 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from raytracer.core.record import Record
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError, check_choice
 from raytracer.scene.materials.models import Shading
 from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shadows
@@ -47,11 +47,11 @@ class SettingsPatch(Record, frozen=True, repr_omit_defaults=True):
         `samples`, `samples` becomes UNSET, which stands for DEFAULT_SAMPLE_LIMIT: an earlier `samples` was not meant as
         the limit of these. Raises InputError for an unknown quality.
         """
-        return SettingsPatch(**_merged(_merged({}, self.fields()), later.fields()))
+        return SettingsPatch(**_merge(_merge({}, self.fields()), later.fields()))
 
     def resolve(self) -> Settings:
         """Return the settings, with defaults for UNSET fields. Raises InputError as Settings() and quality() do."""
-        return Settings(**_merged({}, self.fields()))
+        return Settings(**_merge({}, self.fields()))
 
     def fields(self) -> dict[str, Any]:
         """Return the fields that are set, by name."""
@@ -92,17 +92,17 @@ def quality(name: str) -> Settings:
     return SettingsPatch(quality=cast("Quality", name)).resolve()
 
 
-def checked_patch(settings: Any) -> SettingsPatch:
+def patch_from_settings(settings: Any) -> SettingsPatch:
     """Return a patch of all fields of a Settings object; for None, an empty patch. Raises InputError otherwise."""
     if settings is None:
         return EMPTY_PATCH
     if not isinstance(settings, Settings):
         sources = "from Settings(), quality() or load_settings()"
-        raise InputError(f"expected Settings ({sources}), got {shown(settings)}", "settings")
+        raise InputError(f"expected Settings ({sources}), got {format_value(settings)}", "settings")
     return SettingsPatch(**msgspec.structs.asdict(settings))
 
 
-def changes(before: Settings, after: Settings) -> SettingsPatch:
+def changed_fields(before: Settings, after: Settings) -> SettingsPatch:
     """Return the fields that differ, with the values of `after`."""
     old = msgspec.structs.asdict(before)
     return SettingsPatch(**{k: v for k, v in msgspec.structs.asdict(after).items() if v != old[k]})
@@ -111,7 +111,7 @@ def changes(before: Settings, after: Settings) -> SettingsPatch:
 def minimal_patch(settings: Settings, over: SettingsPatch = EMPTY_PATCH) -> SettingsPatch:
     """Return the smallest patch that turns the patch `over` into `settings`. Default of `over`: an empty patch."""
     # Setting or cancelling max_error, time or adaptive may change the number of samples, so it may have to be set, too.
-    fields = {**changes(over.resolve(), settings).fields(), "samples": settings.samples}
+    fields = {**changed_fields(over.resolve(), settings).fields(), "samples": settings.samples}
     for name in tuple(fields):
         smaller = {key: value for key, value in fields.items() if key != name}
         with suppress(InputError):
@@ -124,7 +124,7 @@ def flags(patch: SettingsPatch) -> str:
     return " ".join(f"--{key.replace('_', '-')} {'none' if v is None else v}" for key, v in patch.fields().items())
 
 
-def _merged(before: dict[str, Any], later: dict[str, Any]) -> dict[str, Any]:
+def _merge(before: dict[str, Any], later: dict[str, Any]) -> dict[str, Any]:
     if "quality" in later:
         name = cast("Quality", check_choice(later["quality"], "quality", QUALITIES))
         sampling = msgspec.structs.asdict(SamplingOptions())

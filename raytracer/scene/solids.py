@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 from raytracer.core.record import Record, public
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import (
     MAX_LENGTH,
     MIN_RADIUS,
@@ -60,7 +60,7 @@ class Solid(Record, frozen=True):
         """
         untyped = list_of(items, MAX_NODES)
         if untyped is None:
-            raise InputError(f"expected a list, got {shown(items)}", "items")
+            raise InputError(f"expected a list, got {format_value(items)}", "items")
         if len(untyped) > MAX_NODES:
             raise InputError(f"expected at most {MAX_NODES} items", "items")
         made: list[Solid] = []
@@ -70,7 +70,7 @@ class Solid(Record, frozen=True):
                 operator = _OPERATORS[item]
                 count = 1 if item == Complement.symbol else 2
                 if len(pending) < count:
-                    expected = f"{count} operands before {shown(item)}"
+                    expected = f"{count} operands before {format_value(item)}"
                     raise InputError(f"expected {expected}, got {len(pending)}", ("items", i))
                 operands = pending[-count:]
                 del pending[-count:]
@@ -82,7 +82,7 @@ class Solid(Record, frozen=True):
                     solid = made[integer(item, ("items", i), 0, i - 1)]
                 except InputError:
                     expected = f"a solid, one of {' '.join(_OPERATORS)}, or the index of an earlier item"
-                    raise InputError(f"expected {expected}, got {shown(item)}", ("items", i)) from None
+                    raise InputError(f"expected {expected}, got {format_value(item)}", ("items", i)) from None
             made.append(solid)
             pending.append(solid)
         if len(pending) != 1:
@@ -138,7 +138,7 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
     def power(self, point: Vec3) -> float:
         """Return the power of a point, |center - point|^2 - radius^2, to the last bit, even next to a huge sphere."""
         parts = [-part for part in _square(self.radius)]
-        for c, p in zip(self.center, _checked_point(point), strict=True):
+        for c, p in zip(self.center, _check_point(point), strict=True):
             d = c - p
             # The rounding error of the subtraction (Knuth's two-sum). Its square is too small to count.
             error = (c - (d - (d - c))) - (p + (d - c))
@@ -147,7 +147,7 @@ class Sphere(Solid, frozen=True, repr_omit_defaults=True):
 
     def touches(self, point: Vec3) -> bool:
         """Whether `point` lies on the sphere, up to rounding."""
-        point = _checked_point(point)
+        point = _check_point(point)
         largest = max(map(abs, (*self.center, *point, self.radius)))
         return abs(math.dist(self.center, point) - self.radius) <= ROUNDING * largest
 
@@ -185,25 +185,25 @@ class Plane(Solid, frozen=True, repr_omit_defaults=True):
     def depth(self, point: Vec3) -> float:
         """Return the distance of a point from the boundary, positive inside the half-space and negative outside."""
         normal, offset = self.unit()
-        return math.fsum((offset, *(-n * p for n, p in zip(normal, _checked_point(point), strict=True))))
+        return math.fsum((offset, *(-n * p for n, p in zip(normal, _check_point(point), strict=True))))
 
     def touches(self, point: Vec3) -> bool:
         """Whether `point` lies on the plane, up to rounding."""
-        point = _checked_point(point)
+        point = _check_point(point)
         return abs(self.depth(point)) <= ROUNDING * max(map(abs, (*point, self.unit()[1])))
 
 
 Primitive = Sphere | Plane
 
 
-def _checked_point(value: Any) -> Vec3:
+def _check_point(value: Any) -> Vec3:
     """Return three finite numbers of any size. Raises InputError."""
     return vector(value, "point", -math.inf, math.inf, "3 finite numbers")
 
 
 def _check_material(material: Any) -> None:
     if not isinstance(material, Material):
-        raise InputError(f"expected a Material, got {shown(material)}", "material")
+        raise InputError(f"expected a Material, got {format_value(material)}", "material")
 
 
 class _Operator(Solid, frozen=True, eq=False):
@@ -212,7 +212,7 @@ class _Operator(Solid, frozen=True, eq=False):
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             if not isinstance(getattr(self, name), Solid):
-                raise InputError(f"expected a solid, got {shown(getattr(self, name))}", name)
+                raise InputError(f"expected a solid, got {format_value(getattr(self, name))}", name)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Operator) and tree.are_equal(self, other)
@@ -221,13 +221,13 @@ class _Operator(Solid, frozen=True, eq=False):
         return tree.tree_hash(self)
 
     def __repr__(self) -> str:
-        return tree.text(self)
+        return tree.tree_text(self)
 
     def __rich_repr__(self) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Return None, so that rich shows the repr. The method of msgspec would recurse."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Solid.from_postfix, (tree.flat(self),)
+        return Solid.from_postfix, (tree.flatten(self),)
 
 
 class _Binary(_Operator, frozen=True, eq=False):
@@ -289,7 +289,7 @@ def postfix(solid: Solid) -> list[Solid]:
         kind = type(node)
         while kind is not Sphere and kind is not Plane:
             if kind not in _KINDS:
-                raise InputError(f"expected solids here, got {shown(node)}", "objects")
+                raise InputError(f"expected solids here, got {format_value(node)}", "objects")
             order.append(node)
             if kind is Complement:
                 node = node.a
@@ -307,7 +307,7 @@ def postfix(solid: Solid) -> list[Solid]:
     return order
 
 
-def simplified(solid: Solid) -> list[Solid]:
+def simplify(solid: Solid) -> list[Solid]:
     """Return the nodes of a tree in postfix order without double complements, which do not change the solid."""
     nodes = postfix(solid)
     if Complement not in map(type, nodes):

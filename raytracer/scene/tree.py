@@ -19,7 +19,7 @@ MAX_NESTING = 50
 MAX_NODES = 1000
 
 
-def distinct(root: Solid) -> list[Solid]:
+def list_distinct(root: Solid) -> list[Solid]:
     """Return each distinct node once, after its operands."""
     order: dict[int, Solid] = {}
     pending = [root]
@@ -37,7 +37,7 @@ def distinct(root: Solid) -> list[Solid]:
 def tree_hash(root: Solid) -> int:
     """Return the hash of a tree. Equal trees have equal hashes, whether their subtrees are shared or not."""
     hashes: dict[int, int] = {}
-    for node in distinct(root):
+    for node in list_distinct(root):
         operands = [hashes[id(operand)] for operand in node.operands]
         hashes[id(node)] = hash((type(node), *operands)) if operands else hash(node)
     return hashes[id(root)]
@@ -74,7 +74,7 @@ def are_equal(a: Solid, b: Solid) -> bool:
     return True
 
 
-def flat(root: Solid) -> list[Solid | str | int]:
+def flatten(root: Solid) -> list[Solid | str | int]:
     """Return the list from which Solid.from_postfix() makes the tree. Shared subtrees occur once."""
     items: list[Solid | str | int] = []
     indices: dict[int, int] = {}  # id of a finished operator -> its index in items
@@ -93,16 +93,16 @@ def flat(root: Solid) -> list[Solid | str | int]:
     return items
 
 
-def text(root: Solid) -> str:
+def tree_text(root: Solid) -> str:
     """Return a tree's text as Python code: with operators if the tree is small, else in postfix form."""
-    nodes = distinct(root)
+    nodes = list_distinct(root)
     heights: dict[int, int] = {}
     counts: dict[int, int] = {}
     for node in nodes:
         heights[id(node)] = 1 + max((heights[id(operand)] for operand in node.operands), default=0)
         counts[id(node)] = 1 + sum(counts[id(operand)] for operand in node.operands)
     if heights[id(root)] > MAX_NESTING or counts[id(root)] > MAX_NODES:
-        return f"Solid.from_postfix({flat(root)!r})"
+        return f"Solid.from_postfix({flatten(root)!r})"
     texts: dict[int, str] = {}
     for node in nodes:
         match [texts[id(operand)] for operand in node.operands]:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import Vec3
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS, REFLECTED
@@ -57,7 +57,7 @@ def _brightness_warnings(materials: Sequence[Material]) -> list[str]:
         for model in {material.model for material in materials}
     }
     bright = [
-        (shown(material.name or i), keys)
+        (format_value(material.name or i), keys)
         for i, material in enumerate(materials)
         if (keys := _too_bright(material, shares[material.model]))
     ]

@@ -85,7 +85,7 @@ sys.exit(main(["compare", *sys.argv[2:]]))
 """
 
 
-def bounded(mib: int, *arguments: object) -> subprocess.CompletedProcess[str]:
+def run_bounded(mib: int, *arguments: object) -> subprocess.CompletedProcess[str]:
     """Run `raytracer compare` with at most `mib` MiB more memory than the program takes by itself."""
     command = [sys.executable, "-c", BOUNDED, str(mib), *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=60)
@@ -107,7 +107,7 @@ def end_of_8k(bits: int) -> bytes:
 def test_two_pictures_of_8k_take_little_more_memory_than_their_pixels(tmp_path: Path, bits: int) -> None:
     path = tmp_path / "a.png"
     path.write_bytes(begin_of_8k(bits) + end_of_8k(bits))
-    ended = bounded(1200, path, path)
+    ended = run_bounded(1200, path, path)
     assert ended.returncode == 0, ended.stderr
     assert "the reference is black" in ended.stdout
 
@@ -125,7 +125,7 @@ def test_sizes_are_compared_before_a_large_picture_takes_memory(tmp_path: Path) 
         file.write(tmp_path / "radiance.npy", "radiance.npy")
     pairs = [(large, small), (small, large), (archive, small), (small, archive), (filled, filled)]
     for pair in pairs:
-        ended = bounded(512, *pair)
+        ended = run_bounded(512, *pair)
         assert ended.returncode == 2, ended.stderr
         assert re.search(r"expected the size of|bytes beside its pixels", ended.stderr), ended.stderr
 

@@ -16,7 +16,7 @@ import pytest
 import raytracer as rt
 from raytracer import glsl
 from raytracer.analysis.numerics import fuzz
-from raytracer.analysis.numerics.findings import Finding, worst
+from raytracer.analysis.numerics.findings import Finding, worst_findings
 from raytracer.analysis.numerics.ledger import ROWS
 from raytracer.analysis.pixel_doubt import find_pixel_doubt
 from raytracer.analysis.rounding_bounds import UNIT
@@ -43,13 +43,13 @@ def test_every_measurement_of_the_ledger_is_within_its_bound(
     renderer: Renderer, row: Callable[..., Iterator[Finding]]
 ) -> None:
     findings = list(row(renderer, True))
-    assert findings and [f for f in findings if not f.kept] == []
+    assert findings and [f for f in findings if not f.is_within_bound] == []
 
 
 @pytest.mark.slow
 @pytest.mark.gl
 def test_random_scenes_over_all_ranges_have_no_fault(renderer: Renderer) -> None:
-    assert [f for f in fuzz.measure_random_scenes(renderer, 200) if not f.kept] == []
+    assert [f for f in fuzz.measure_random_scenes(renderer, 200) if not f.is_within_bound] == []
 
 
 def test_random_scenes_repeat_for_one_seed_and_cover_the_ranges() -> None:
@@ -293,6 +293,6 @@ def test_a_finding_beyond_its_bound_is_reported_and_sets_the_exit_status(
 def test_the_worst_finding_is_one_beyond_its_bound_or_else_the_largest() -> None:
     fine = Finding("w", "a", 32, "m", 0.5, 1)
     larger, broken = dataclasses.replace(fine, at="b", measured=0.9), dataclasses.replace(fine, at="c", bound=0.4)
-    assert worst([fine, larger])[0].at == "b"
-    assert worst([fine, broken, larger])[0].at == "c"
-    assert not dataclasses.replace(fine, measured=float("nan")).kept
+    assert worst_findings([fine, larger])[0].at == "b"
+    assert worst_findings([fine, broken, larger])[0].at == "c"
+    assert not dataclasses.replace(fine, measured=float("nan")).is_within_bound

@@ -24,9 +24,16 @@ from raytracer.analysis.reflectance.expectations import (
     EXPECTATIONS,
     NOT_RECIPROCAL,
     Expectation,
-    expectation_of,
+    find_expectation,
 )
-from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, about_all, facing, halfway, polar
+from raytracer.analysis.reflectance.quadrature import (
+    NORMAL,
+    Fineness,
+    facing_rule,
+    halfway_rule,
+    polar_rule,
+    union_rule,
+)
 from raytracer.analysis.reflectance.tried_parameters import tried_parameters
 from raytracer.analysis.reflectance.verification import Verification, _differences, verify, verify_all
 from raytracer.app.cli import main
@@ -38,7 +45,7 @@ from raytracer.ground_truth import reflectance
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 from tests import scenes
-from tests.processes import output_of
+from tests.processes import run_for_output
 
 FINE = Fineness(6, 16)
 MEASURED = properties.COMPLETE
@@ -63,7 +70,7 @@ def albedo(material: Material, *cosines: float) -> list[float]:
 def test_every_model_meets_its_expectations_at_the_ends_of_its_parameter_ranges(model: str) -> None:
     checks = verifications(model)
     assert len(checks) > 1 and all(check.expectation for check in checks)
-    assert [f"{check.parameters}: {check.differs}" for check in checks if check.differs] == []
+    assert [f"{check.parameters}: {check.differences}" for check in checks if check.differences] == []
 
 
 def test_every_model_but_merl_has_expectations_and_each_expectation_has_a_reason() -> None:
@@ -73,7 +80,7 @@ def test_every_model_but_merl_has_expectations_and_each_expectation_has_a_reason
     for model in MEASURED:
         # The last row that matches applies, so each row must be the last match of some material.
         materials = [Material(model, **settings) for settings in tried_parameters(model)]
-        applied = {id(expectation_of(material)) for material in materials}
+        applied = {id(find_expectation(material)) for material in materials}
         assert [v.when for v in EXPECTATIONS if v.model == model and id(v) not in applied] == []
 
 
@@ -105,11 +112,11 @@ def random_material(model: str, fixed: Mapping[str, Any], random: np.random.Gene
 
 
 def test_expected_numbers_apply_only_to_the_listed_parameters_and_laws_apply_to_all() -> None:
-    listed = expectation_of(Material("oren_nayar", ka=0.3))
+    listed = find_expectation(Material("oren_nayar", ka=0.3))
     assert listed and listed.largest and listed.conserving and listed.resolved
     for model in MEASURED:
         random = np.random.default_rng(1)
-        expectation = expectation_of(random_material(model, {}, random))
+        expectation = find_expectation(random_material(model, {}, random))
         assert expectation is None or (
             expectation.largest is None and expectation.at is None and not expectation.resolved
         )
@@ -125,10 +132,10 @@ def test_expected_numbers_apply_only_to_the_listed_parameters_and_laws_apply_to_
         ("cook_torrance", {"rho": 0.5}, None),
     ]
     for model, settings, conserving in cases:
-        expectation = expectation_of(Material(model, **settings))
+        expectation = find_expectation(Material(model, **settings))
         assert expectation and expectation.reciprocal and expectation.conserving is conserving, (model, settings)
-    assert expectation_of(Material("phong", h=0.0, ks=0.0)) is None
-    assert expectation_of(Material("phong", kd=0.1)) is None
+    assert find_expectation(Material("phong", h=0.0, ks=0.0)) is None
+    assert find_expectation(Material("phong", kd=0.1)) is None
 
 
 @pytest.mark.slow
@@ -141,7 +148,7 @@ def test_laws_hold_for_random_parameters(model: str) -> None:
         for _ in range(2):
             material = random_material(model, when, random)
             verification = verify(model, material.parameters, degrees=(0.0, 45.0, 75.0, 88.0, 89.9))
-            assert verification.differs == [], material
+            assert verification.differences == [], material
 
 
 @pytest.mark.gl
@@ -163,7 +170,7 @@ def test_measurements_confirm_the_properties_that_theory_predicts() -> None:
 @pytest.mark.gl
 def test_a_wrong_expectation_is_reported() -> None:
     measured = properties.measure_material(Material("lambert", rho=1.0))
-    assert list(_differences(measured, expectation_of(measured.material))) == []
+    assert list(_differences(measured, find_expectation(measured.material))) == []
     assert list(_differences(measured, Expectation("lambert", True, None, "open"))) == []
     wrong = Expectation("lambert", False, False, "wrong", largest=(0.9, 1e-3), at=45.0)
     assert len(list(_differences(measured, wrong))) == 4
@@ -187,7 +194,7 @@ def test_a_wrong_shader_is_reported(monkeypatch: pytest.MonkeyPatch, break_it: A
 
     monkeypatch.setattr(properties, "evaluate", broken)
     measured = properties.measure_material(Material("lambert", rho=1.0))
-    assert any(message in text for text in _differences(measured, expectation_of(measured.material)))
+    assert any(message in text for text in _differences(measured, find_expectation(measured.material)))
 
 
 # The quadrature.
@@ -199,12 +206,12 @@ def test_quadrature_weights_add_up_to_the_hemisphere(degrees: float) -> None:
     tilted = properties.unit_direction(degrees, 40.0)
     below = -properties.unit_direction(max(90.0 - degrees, 5.0))
     rules = {
-        "halfway": halfway(w, FINE.times(2)),
-        "polar": polar(w * (-1, -1, 1), FINE.times(2)),
-        "polar, axis below the horizon": polar(below, FINE.times(2)),
-        "normal": polar(NORMAL, FINE, kinks=w),
-        "whole circles": halfway(tilted, Fineness(12, 32, whole=True)),
-        "several": about_all([w * (-1, -1, 1), properties.unit_direction(40.0), below], FINE.times(4)),
+        "halfway": halfway_rule(w, FINE.times(2)),
+        "polar": polar_rule(w * (-1, -1, 1), FINE.times(2)),
+        "polar, axis below the horizon": polar_rule(below, FINE.times(2)),
+        "normal": polar_rule(NORMAL, FINE, kinks=w),
+        "whole circles": halfway_rule(tilted, Fineness(12, 32, whole=True)),
+        "several": union_rule([w * (-1, -1, 1), properties.unit_direction(40.0), below], FINE.times(4)),
     }
     for name, (directions, weights) in rules.items():
         assert weights.sum() == pytest.approx(2.0 * np.pi, rel=2e-4), name
@@ -215,7 +222,7 @@ def test_quadrature_weights_add_up_to_the_hemisphere(degrees: float) -> None:
 def test_the_weights_of_normals_that_face_a_direction_add_up_to_their_solid_angle() -> None:
     """The lune between two planes at the angle t has the solid angle 2 (pi - t)."""
     for degrees in (0.0, 30.0, 80.0):
-        m, weights = facing(properties.unit_direction(degrees), FINE)
+        m, weights = facing_rule(properties.unit_direction(degrees), FINE)
         assert weights.sum() == pytest.approx(2.0 * (np.pi - math.radians(degrees)), rel=1e-5)
         assert (m @ properties.unit_direction(degrees) > 0.0).all()
 
@@ -254,7 +261,7 @@ def test_albedos_of_sharp_lobes_agree_with_a_finer_quadrature(model: str) -> Non
     material = Material(model, alpha=1e-3, f0=1.0)
     for measured in properties.measure_material(material, (0.0, 60.0, 88.0, 89.9)).albedos:
         w = properties.unit_direction(measured.degrees)
-        directions, weights = halfway(w, FINE.times(4))
+        directions, weights = halfway_rule(w, FINE.times(4))
         N, V = (np.broadcast_to(x, directions.shape) for x in (NORMAL, w))
         right = float((weights @ reflectance.reflected(material, N, directions, V))[0])
         assert measured.resolved and abs(measured.value - right) < 1e-3
@@ -274,7 +281,7 @@ def test_an_anisotropic_material_is_measured_at_several_azimuths() -> None:
     """A lobe that is scaled along x only has its largest albedo off that axis, as a plain sum confirms."""
     material = Material("lafortune", rho=0.0, lobes=[{"cx": -0.5, "cy": -1.0, "cz": 1.0, "n": 8.0}])
     measured = properties.measure_material(material, (60.0,)).albedos[0]
-    wi, weights = polar(NORMAL, Fineness(12, 64, whole=True))
+    wi, weights = polar_rule(NORMAL, Fineness(12, 64, whole=True))
     N = np.broadcast_to(NORMAL, wi.shape)
     sums = {}
     for azimuth in (0.0, 30.0, 60.0, 90.0):
@@ -434,7 +441,7 @@ def test_other_commands_do_not_load_the_analysis_of_reflectance() -> None:
         "import sys; from raytracer.app.cli import _parser; _parser().parse_args(['doctor']);"
         "print([name for name in sys.modules if 'brdf' in name or 'raytracer.analysis' in name])"
     )
-    assert output_of(sys.executable, "-c", code) == "[]\n"
+    assert run_for_output(sys.executable, "-c", code) == "[]\n"
 
 
 # Pictures.
@@ -527,7 +534,7 @@ def test_the_gallery_has_a_labelled_cell_for_each_model(tmp_path: Path, monkeypa
 
 def test_the_gallery_shows_every_model_with_valid_parameters() -> None:
     for model in MEASURED:
-        assert gallery.shown_materials()[model][0].model == model
+        assert gallery.gallery_materials()[model][0].model == model
 
 
 @pytest.mark.gl
@@ -542,7 +549,10 @@ def test_the_lectures_two_highlights_are_alike_in_the_plane_of_incidence_only() 
     offsets = np.radians(np.linspace(-20.0, 20.0, 401))
     differences = {}
     for across in (False, True):
-        wi, wo = properties.unit_direction(60.0, 180.0), plots._around(properties.unit_direction(60.0), offsets, across)
+        wi, wo = (
+            properties.unit_direction(60.0, 180.0),
+            plots._directions_around(properties.unit_direction(60.0), offsets, across),
+        )
         r, n = (
             properties.evaluate(Material(model, kd=0.0, ks=1.0, h=h), wi, wo)[:, 0]
             for model, h in (("phong", 32.0), ("blinn", 128.0))
@@ -553,9 +563,9 @@ def test_the_lectures_two_highlights_are_alike_in_the_plane_of_incidence_only() 
 
 def test_an_unknown_material_is_refused_with_the_published_names() -> None:
     with pytest.raises(InputError, match="published"):
-        from raytracer.analysis.reflectance.verification import material_of
+        from raytracer.analysis.reflectance.verification import make_material
 
-        material_of("nope/clay", {})
+        make_material("nope/clay", {})
 
 
 @pytest.mark.gl

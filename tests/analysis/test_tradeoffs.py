@@ -19,12 +19,12 @@ from raytracer.analysis.figures import SEQUENCE_STYLES, TECHNIQUE_STYLES
 from raytracer.analysis.image_difference import Comparison
 from raytracer.analysis.tradeoffs import approximations, configurations, page, plots
 from raytracer.analysis.tradeoffs import measurement as measuring
-from raytracer.analysis.tradeoffs.approximations import with_materials
+from raytracer.analysis.tradeoffs.approximations import replace_materials
 from raytracer.analysis.tradeoffs.configurations import FULL, MAIN, QUICK, Configuration, Plan, Target, plan
 from raytracer.analysis.tradeoffs.data_files import as_csv, as_json
-from raytracer.analysis.tradeoffs.measurement import Result, measure_tradeoffs, resized
+from raytracer.analysis.tradeoffs.measurement import Result, measure_tradeoffs, resize_picture
 from raytracer.analysis.tradeoffs.page import write_page
-from raytracer.analysis.tradeoffs.pareto import beaten_by, slope
+from raytracer.analysis.tradeoffs.pareto import find_dominating, fit_slope
 from raytracer.analysis.tradeoffs.targets import Reference, make_reference
 from raytracer.app.cli import main
 from raytracer.formats.image import Image
@@ -41,7 +41,7 @@ SCENE = str(scenes.ASSIGNMENT)
 
 def test_a_point_off_the_pareto_front_is_dominated_by_the_fastest_point_that_is_as_accurate() -> None:
     points = [(1.0, 9.0), (2.0, 4.0), (3.0, 4.0), (2.5, 5.0), (4.0, 1.0), (5.0, 4.5), (0.5, 9.0)]
-    assert beaten_by(points) == [6, None, 1, 1, None, 1, None]
+    assert find_dominating(points) == [6, None, 1, 1, None, 1, None]
 
 
 @gl
@@ -49,19 +49,19 @@ def test_a_reference_with_an_uncertain_error_says_so_and_resolves_less(renderer:
     for scene, uncertain in ((scenes.glint(), True), (scenes.assignment(), False)):
         target = Target("hard shadows", scene, Settings())
         reference = make_reference(target, (160, 90), renderer, "gpu", gpu_samples=16)
-        assert reference.uncertain == uncertain == ("at least" in reference.in_words)
+        assert reference.is_uncertain == uncertain == ("at least" in reference.in_words)
         assert reference.resolved_from == (10.0 if uncertain else 3.0) * reference.error
 
 
 def test_equal_points_do_not_dominate_each_other() -> None:
-    assert beaten_by([(1.0, 1.0), (1.0, 1.0)]) == [None, None]
+    assert find_dominating([(1.0, 1.0), (1.0, 1.0)]) == [None, None]
 
 
 @pytest.mark.parametrize("p", [0.5, 0.75, 1.0])
 def test_the_slope_of_a_power_law_is_its_exponent(p: float) -> None:
     counts = [4, 16, 64, 256]
-    assert slope(counts, [0.3 * n**-p for n in counts]) == pytest.approx((p, 0.3))
-    assert slope([4], [0.1]) is None
+    assert fit_slope(counts, [0.3 * n**-p for n in counts]) == pytest.approx((p, 0.3))
+    assert fit_slope([4], [0.1]) is None
 
 
 def texts(svg: bytes) -> set[str]:
@@ -120,7 +120,7 @@ def coverage_error(sequence: SampleSequence, n: int) -> float:
 def test_on_random_edges_sobols_points_converge_faster_than_random_ones_and_are_always_better() -> None:
     counts = [4, 16, 64, 256]
     errors = {name: [coverage_error(name, n) for n in counts] for name in ("sobol", "random", "r2")}
-    rates = {name: slope(counts, series) for name, series in errors.items()}
+    rates = {name: fit_slope(counts, series) for name, series in errors.items()}
     assert rates["sobol"] and rates["random"]
     # Independent points: n^-1/2. Scrambled nets on edges: n^-3/4.
     assert rates["random"][0] == pytest.approx(0.5, abs=0.12)
@@ -165,13 +165,13 @@ def test_a_scene_without_lights_has_one_shadow_model() -> None:
 
 def test_resizing_keeps_the_mean_and_a_constant() -> None:
     picture = np.random.default_rng(0).random((8, 12, 3)).astype(np.float32)
-    small = resized(picture, (6, 4))
+    small = resize_picture(picture, (6, 4))
     np.testing.assert_allclose(small, picture.reshape(4, 2, 6, 2, 3).mean(axis=(1, 3)), rtol=1e-6)
-    np.testing.assert_allclose(resized(np.full((2, 3, 3), 0.25, np.float32), (12, 8)), 0.25, rtol=1e-6)
+    np.testing.assert_allclose(resize_picture(np.full((2, 3, 3), 0.25, np.float32), (12, 8)), 0.25, rtol=1e-6)
 
 
 def test_other_materials_keep_the_objects_of_the_scene() -> None:
-    scene = with_materials(scenes.assignment(), lambda _: Material("lambert"))
+    scene = replace_materials(scenes.assignment(), lambda _: Material("lambert"))
     assert scene.materials == (Material("lambert"),)
     assert len(scene.solids()) == len(scenes.assignment().solids())
 
@@ -253,7 +253,7 @@ def test_a_failed_page_leaves_the_tables_and_no_older_page(
         made.configurations = [c for c in made.configurations if c.target == MAIN][:2]
         return made
 
-    monkeypatch.setattr(page, "strips", stop)
+    monkeypatch.setattr(page, "make_strips", stop)
     monkeypatch.setattr(configurations, "plan", smaller_plan)
     monkeypatch.setattr(approximations, "add_approximations", lambda *_: None)
     (tmp_path / "trade.html").write_text("an older one")
@@ -293,7 +293,7 @@ def test_a_picture_with_nan_is_refused_and_the_others_are_measured(monkeypatch: 
     monkeypatch.setattr(measuring, "time_picture", lambda *_: (broken, 0.0))
     references = {MAIN: Reference(np.zeros((2, 2, 3)), 0.0, "black")}
     trade = measuring.Tradeoffs("scene", (2, 2), 1, {}, made, references, [])
-    result = measuring._first(made.configurations[0], trade, None)  # pyright: ignore[reportArgumentType]
+    result = measuring._measure_first(made.configurations[0], trade, None)  # pyright: ignore[reportArgumentType]
     assert "finite" in result.refused and not result.measured
 
 

@@ -15,7 +15,7 @@ import pytest
 
 from raytracer.analysis.tradeoffs import tune as tune_module
 from raytracer.analysis.tradeoffs.trials import Trial, Trials
-from raytracer.analysis.tradeoffs.tune import LADDER, candidates_for_error, grid, tune
+from raytracer.analysis.tradeoffs.tune import LADDER, candidates_for_error, list_candidates, tune
 from raytracer.app.cli import main
 from raytracer.app.options import add_settings, chosen_settings
 from raytracer.formats.scene_file import load_settings, parse_document
@@ -35,7 +35,7 @@ def few_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_candidates_are_all_different_and_keep_the_callers_settings() -> None:
-    candidates = grid(Settings(shadows="soft")) + candidates_for_error(Settings(shadows="soft"), 0.01)
+    candidates = list_candidates(Settings(shadows="soft")) + candidates_for_error(Settings(shadows="soft"), 0.01)
     assert len(set(candidates)) == len(candidates) and {settings.shadows for settings in candidates} == {"soft"}
     assert {settings.samples for settings in candidates if settings.adaptive is None} >= {*LADDER}
 
@@ -68,14 +68,16 @@ def test_the_search_continues_around_the_best_candidate_until_no_neighbour_is_be
             self._known[settings] = Trial(settings, seconds, error, settings.samples, seconds)
             return self._known[settings]
 
-        def in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
+        def time_in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
             return list(candidates)
 
     target, trials = tune_module._Goal(0.05, None), KnownTrials()
     start = trials.measure(Settings(samples=64, adaptive=0.001))
-    pick, count = tune_module._descended(trials, [start], target, lambda progress: None)
-    met = filter(target.is_met, (KnownTrials().measure(s) for s in grid(Settings()) if s.adaptive is not None))
-    assert pick == min(met, key=target.order) and pick.settings == Settings(samples=24, adaptive=0.005)
+    pick, count = tune_module._descend(trials, [start], target, lambda progress: None)
+    met = filter(
+        target.is_met, (KnownTrials().measure(s) for s in list_candidates(Settings()) if s.adaptive is not None)
+    )
+    assert pick == min(met, key=target.sort_key) and pick.settings == Settings(samples=24, adaptive=0.005)
     assert count < 40
 
 
@@ -97,7 +99,7 @@ def test_the_search_falls_back_to_fewer_samples_if_all_predictions_are_too_fast(
             self._known[settings] = Trial(settings, seconds, 1.0 / settings.samples, settings.samples, seconds)
             return self._known[settings]
 
-        def in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
+        def time_in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
             self._turns += 1
             return [self.measure(trial.settings) for trial in candidates]
 
@@ -128,7 +130,7 @@ def test_no_settings_meet_a_target_if_few_pixels_hold_the_error_and_the_referenc
         trials = Trials(renderer, parse_document(tmp_path / "a.toml", text).scene, Settings(), (80, 45))
         trials.draw_reference(16)
         trial = trials.measure(Settings(samples=16))
-        assert trial.uncertain is not is_certain and trial.error > 0.0
+        assert trial.is_uncertain is not is_certain and trial.error > 0.0
         assert tune_module._Goal(trial.error, None).is_met(trial) == is_certain
     file = tmp_path / "glint.toml"
     file.write_text(scenes.GLINT)
@@ -148,7 +150,7 @@ def test_times_are_medians_over_interleaved_rounds(renderer: Renderer, monkeypat
         return next(times[settings.samples])
 
     monkeypatch.setattr(trials, "seconds", seconds)
-    timed = trials.in_turns([Trial(Settings(samples=n), 0.0, 0.1, n, 0.0) for n in (1, 4)], 3)
+    timed = trials.time_in_turns([Trial(Settings(samples=n), 0.0, 0.1, n, 0.0) for n in (1, 4)], 3)
     assert [(trial.least, trial.seconds) for trial in timed] == [(1.0, 2.0), (3.0, 4.0)] and order == [1, 4] * 3
 
 

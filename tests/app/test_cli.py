@@ -18,7 +18,7 @@ import raytracer
 from raytracer.app.cli import main
 from tests import scenes
 from tests.displays import environment, x_server
-from tests.processes import TIMEOUT, output_of, run_to_end, running_process
+from tests.processes import TIMEOUT, run_for_output, run_to_end, running_process
 
 SCENE = str(scenes.ASSIGNMENT)
 # `make test` names fewer backends on a system without OSMesa (Mesa 25.1 and later has none). Otherwise, all must open.
@@ -248,15 +248,15 @@ def start(*arguments: str, errors: int = subprocess.PIPE) -> AbstractContextMana
     return running_process(sys.executable, "-m", "raytracer", *arguments, cwd=scenes.CHECKOUT, stderr=errors)
 
 
-def imported(*arguments: str) -> set[str]:
+def list_imports(*arguments: str) -> set[str]:
     """Return the names of all modules that are loaded when `raytracer *arguments` is done."""
     script = "import sys; from raytracer.app.cli import main; main(); print(*sys.modules)"
-    return set(output_of(sys.executable, "-c", script, *arguments, cwd=scenes.CHECKOUT).splitlines()[-1].split())
+    return set(run_for_output(sys.executable, "-c", script, *arguments, cwd=scenes.CHECKOUT).splitlines()[-1].split())
 
 
 def test_render_imports_only_the_modules_that_it_needs(tmp_path: Path) -> None:
     out = str(tmp_path / "a.png")
-    modules = imported("render", SCENE, "-o", out, "--size", "8x8", "--backend", "egl")
+    modules = list_imports("render", SCENE, "-o", out, "--size", "8x8", "--backend", "egl")
     ours = {name.removeprefix("raytracer.") for name in modules if name.startswith("raytracer.")}
     assert {"numpy", "moderngl"} <= modules and {"formats.image", "rendering.renderer"} <= ours, (
         "this test sees the imported modules"
@@ -279,7 +279,7 @@ def test_render_imports_only_the_modules_that_it_needs(tmp_path: Path) -> None:
 def test_wrong_input_is_refused_before_numpy_and_opengl_are_imported(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.toml"
     wrong.write_text("[camera")
-    assert not imported("render", str(wrong), "-o", str(tmp_path / "a.png")) & {"numpy", "moderngl", "glcontext"}
+    assert not list_imports("render", str(wrong), "-o", str(tmp_path / "a.png")) & {"numpy", "moderngl", "glcontext"}
 
 
 def test_ctrl_c_stops_cleanly_and_writes_nothing(tmp_path: Path) -> None:
@@ -327,7 +327,7 @@ def test_every_backend_opens_here_and_renders_the_same_picture(tmp_path: Path) -
         for backend in BACKENDS:
             out = tmp_path / f"{backend}.npz"
             options = ["render", SCENE, "-o", str(out), "--size", "160x90", "--backend", backend]
-            output_of(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
+            run_for_output(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
             pictures.append(np.load(out)["radiance"])
         options = ["doctor", "--json"]
         done = run_to_end(*command, *options, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
@@ -338,7 +338,7 @@ def test_every_backend_opens_here_and_renders_the_same_picture(tmp_path: Path) -
 
 def test_doctor_names_each_backend_and_the_driver() -> None:
     command = [sys.executable, "-m", "raytracer", "doctor"]
-    done = output_of(*command, cwd=scenes.CHECKOUT)
+    done = run_for_output(*command, cwd=scenes.CHECKOUT)
     for word in ("egl", "window", "osmesa", "Mesa", "16384"):
         assert word in done
 
@@ -357,7 +357,7 @@ for backend in ("egl", "osmesa", "window"):
         assert backend == "osmesa" and "only one kind at a time" in str(error), error
 """
     with x_server(640, 480) as display:
-        output_of(sys.executable, "-c", script, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
+        run_for_output(sys.executable, "-c", script, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
 
 
 @pytest.mark.window
@@ -375,4 +375,4 @@ with mock.patch.object(moderngl, "create_context", side_effect=RuntimeError("Ope
 open_context("osmesa")
 """
     with x_server(640, 480) as display:
-        output_of(sys.executable, "-c", script, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)
+        run_for_output(sys.executable, "-c", script, env=environment(DISPLAY=display), cwd=scenes.CHECKOUT)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from raytracer.core.interrupts import deferred
+from raytracer.core.interrupts import defer_interrupts
 from tests import scenes
 
 SCENE = str(scenes.ASSIGNMENT)
@@ -192,12 +192,12 @@ def test_a_deferred_interrupt_is_raised_at_the_end_of_the_block() -> None:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     reached = False
     try:
-        with pytest.raises(KeyboardInterrupt), deferred():
+        with pytest.raises(KeyboardInterrupt), defer_interrupts():
             os.kill(os.getpid(), signal.SIGINT)
             reached = True
         assert reached and signal.getsignal(signal.SIGINT) is signal.default_int_handler
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        with deferred():
+        with defer_interrupts():
             os.kill(os.getpid(), signal.SIGINT)
     finally:
         signal.signal(signal.SIGINT, before)
@@ -205,7 +205,7 @@ def test_a_deferred_interrupt_is_raised_at_the_end_of_the_block() -> None:
 
 def test_deferred_changes_no_error_in_other_threads_which_receive_no_interrupts() -> None:
     def fail() -> None:
-        with deferred():
+        with defer_interrupts():
             raise OSError
 
     with ThreadPoolExecutor(1) as threads:

@@ -25,7 +25,7 @@ from raytracer.ground_truth.converged import trace_converged
 from raytracer.ground_truth.job import Job
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.processes import in_group, running_process
+from tests.processes import list_processes, running_process
 
 SIZE = (48, 32)
 
@@ -128,12 +128,12 @@ def test_ctrl_c_ends_all_its_processes_and_writes_nothing(tmp_path: Path) -> Non
     with running_process(*command, cwd=scenes.CHECKOUT, stderr=subprocess.PIPE) as process:
         deadline = time.monotonic() + 60
         # The command itself, multiprocessing's resource tracker, and one worker.
-        while len(in_group(process.pid)) < 3 and time.monotonic() < deadline:
+        while len(list_processes(process.pid)) < 3 and time.monotonic() < deadline:
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
         _, errors = process.communicate(timeout=60)
         deadline = time.monotonic() + 10
-        while (remaining := in_group(process.pid)) and time.monotonic() < deadline:
+        while (remaining := list_processes(process.pid)) and time.monotonic() < deadline:
             time.sleep(0.1)
     assert process.returncode == 130 and errors.endswith(b"raytracer: interrupted, nothing written\n")
     assert b"Traceback" not in errors

@@ -22,12 +22,12 @@ import raytracer.app.viewer.window as window_module
 from raytracer.app.viewer.events import Cursor, Event, HintShown, Key, NoticeShown, Press, Wheel
 from raytracer.app.viewer.file_watcher import Files
 from raytracer.app.viewer.orbit import scale_camera, scale_light, turn_camera, turn_light
-from raytracer.app.viewer.window import _LOOK, Viewer
+from raytracer.app.viewer.window import _CHECK_SECONDS, Viewer
 from raytracer.ground_truth import ray_tracer
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import SettingsPatch
-from tests.displays import SIZE, TIMEOUT, Window, environment, shown, window, x_server
-from tests.processes import output_of, run_to_end
+from tests.displays import SIZE, TIMEOUT, Window, environment, grab_picture, window, x_server
+from tests.processes import run_for_output, run_to_end
 from tests.scenes import ASSIGNMENT, CHECKOUT, assignment, copy_checkout
 
 BALL = """\
@@ -47,7 +47,7 @@ ball = "ball"
 """
 
 
-def rendered(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 1, **settings: object) -> np.ndarray:
+def render_pixels(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 1, **settings: object) -> np.ndarray:
     return rt.render(scene, size, samples=samples, geometry=False, **settings).srgb8().astype(int)  # pyright: ignore[reportArgumentType]
 
 
@@ -59,28 +59,28 @@ def half_turns(pixels: float) -> float:
 @pytest.mark.window
 def test_each_key_shows_the_picture_of_render_and_then_restores_the_first_picture() -> None:
     scene = assignment()
-    plain = rendered(scene, samples=16)
+    plain = render_pixels(scene, samples=16)
     soft = ("soft",) if any(light.radius for light in scene.lights) else ()
     all_shadows = ("diluted", *soft, "off")
     with window(CHECKOUT, str(ASSIGNMENT), "--samples", "16") as view:
         view.act("key l")
-        view.until_shown(plain, "hiding the marker, with as many samples as render takes")
+        view.wait_until_shown(plain, "hiding the marker, with as many samples as render takes")
         for key, back, others in (
-            ("b", "v", [rendered(scene, samples=16, shading="blinn")]),
-            ("s", "s", [rendered(scene, samples=16, shadows=shadows) for shadows in all_shadows]),
-            ("a", "a", [rendered(scene), rendered(scene, samples=4)]),
+            ("b", "v", [render_pixels(scene, samples=16, shading="blinn")]),
+            ("s", "s", [render_pixels(scene, samples=16, shadows=shadows) for shadows in all_shadows]),
+            ("a", "a", [render_pixels(scene), render_pixels(scene, samples=4)]),
         ):
             for k, other in enumerate(others):
                 assert np.abs(other - plain).max() > 5, f"the test needs pictures in which {key} makes a difference"
                 view.act(f"key {key}")
-                view.until_shown(other, f"{key}, pressed {k + 1} times")
+                view.wait_until_shown(other, f"{key}, pressed {k + 1} times")
             view.act(f"key {back}")
-            view.until_shown(plain, f"{key}, back again")
+            view.wait_until_shown(plain, f"{key}, back again")
         for key in "nzmhl":
             view.act(f"key {key}")
-            view.until(lambda: bool(np.abs(view.shown() - plain).max() > 10), f"{key} changes nothing")
+            view.wait_until(lambda: bool(np.abs(view.grab_picture() - plain).max() > 10), f"{key} changes nothing")
             view.act(f"key {key}")
-            view.until_shown(plain, f"{key}, back again")
+            view.wait_until_shown(plain, f"{key}, back again")
         assert view.close() == "" and view.read_output(view.errors) == ""
 
 
@@ -98,8 +98,8 @@ def test_dragging_moves_the_highlight_to_its_place_in_the_reference(tmp_path: Pa
 
     with window(tmp_path, str(file), "--samples", "1") as view:
         view.act("key l")
-        view.until_shown(rendered(scene), "opening")
-        places = [highlight(view.shown())]
+        view.wait_until_shown(render_pixels(scene), "opening")
+        places = [highlight(view.grab_picture())]
         for right, down in ((40, 0), (-60, 15), (10, -30)):
             view.act(
                 f"mousedown 1 mousemove_relative -- {right // 2} {down} mousemove_relative -- {right - right // 2} 0"
@@ -107,11 +107,11 @@ def test_dragging_moves_the_highlight_to_its_place_in_the_reference(tmp_path: Pa
             view.act("mouseup 1")
             scene = turn_light(scene, 0, half_turns(right), half_turns(-down))
             truth = ray_tracer.trace(scene, SIZE, Settings()).srgb8().astype(int)
-            view.until(
-                lambda truth=truth: bool((np.abs(view.shown() - truth).max(axis=2) > 1).mean() < 1e-3),
+            view.wait_until(
+                lambda truth=truth: bool((np.abs(view.grab_picture() - truth).max(axis=2) > 1).mean() < 1e-3),
                 "not the reference's picture",
             )
-            places.append(highlight(view.shown()))
+            places.append(highlight(view.grab_picture()))
             np.testing.assert_allclose(places[-1], highlight(truth), atol=0.5)
             assert np.hypot(*(places[-1] - places[-2])) > 5, "the highlight has moved"
         assert places[1][0] > places[0][0] > places[2][0], "right and left, like the mouse"
@@ -127,17 +127,19 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_a_scene_that_
     with window(tmp_path, "assignment", "--samples", "4") as view:
         view.act("key l click 4 click 4 keydown Shift_L click 5 keyup Shift_L")
         moved = scale_camera(scale_light(scene, 0, 1.1**-2), 1.1)
-        view.until_shown(rendered(moved, samples=4), "the wheel")
+        view.wait_until_shown(render_pixels(moved, samples=4), "the wheel")
         view.act("mousedown 3 mousemove_relative -- 20 10 mouseup 3")
         moved = turn_camera(moved, half_turns(20), half_turns(-10))
-        picture = rendered(moved, samples=4, shading="blinn")
+        picture = render_pixels(moved, samples=4, shading="blinn")
         view.act("key b")
-        view.until_shown(picture, "the right button")
+        view.wait_until_shown(picture, "the right button")
         view.act("key p key e")
-        view.until(lambda: (tmp_path / "assignment-2.toml").exists() and (tmp_path / "assignment-1.png").exists(), "E")
+        view.wait_until(
+            lambda: (tmp_path / "assignment-2.toml").exists() and (tmp_path / "assignment-1.png").exists(), "E"
+        )
         view.act("key Home")
         back = scale_light(scene, 0, 1.1**-2)
-        view.until_shown(rendered(back, samples=4, shading="blinn"), "Home")
+        view.wait_until_shown(render_pixels(back, samples=4, shading="blinn"), "Home")
         said = view.close()
     with Image.open(tmp_path / "assignment-1.png") as screenshot:
         assert np.abs(np.asarray(screenshot).astype(int) - picture).max() <= 1
@@ -147,7 +149,7 @@ def test_wheel_and_right_button_move_light_and_camera_and_e_writes_a_scene_that_
     (command,) = (line.partition("its picture: ")[2] for line in lines if "assignment-2.toml" in line)
     program, *arguments = command.split()
     assert program == "raytracer"
-    output_of(sys.executable, "-m", "raytracer", *arguments, cwd=tmp_path, env=view.variables)
+    run_for_output(sys.executable, "-m", "raytracer", *arguments, cwd=tmp_path, env=view.variables)
     with Image.open(tmp_path / "assignment-2-rendered.png") as again:
         assert np.abs(np.asarray(again).astype(int) - picture).max() <= 1
 
@@ -159,7 +161,7 @@ def test_a_saved_file_is_shown_and_a_mistake_keeps_the_picture_and_names_the_lin
         tmp_path / name for name in ("ball.toml", "shaders/shading/lighting.glsl", "shaders/geometry/camera.glsl")
     )
     file.write_text(BALL)
-    plain = rendered(rt.load(file))
+    plain = render_pixels(rt.load(file))
     upper = plain[: SIZE[1] // 4]  # the part above the message
 
     def saved(path: Path, old: str, new: str) -> None:
@@ -168,44 +170,44 @@ def test_a_saved_file_is_shown_and_a_mistake_keeps_the_picture_and_names_the_lin
 
     with window(tmp_path, file.name, "--samples", "1") as view:
         view.act("key l")
-        view.until_shown(plain, "opening")
+        view.wait_until_shown(plain, "opening")
 
         def until_wrong(says: str) -> None:
-            view.until(lambda: says in view.read_output(view.errors), f"the terminal does not say {says!r}")
+            view.wait_until(lambda: says in view.read_output(view.errors), f"the terminal does not say {says!r}")
 
             def shows_both() -> bool:
                 # Both are checked on one grab of the display: half a file, read while it is being written, may cause
                 # a longer message first.
-                shown = view.shown()
+                shown = view.grab_picture()
                 return bool(np.abs(shown - plain).max() > 50 and np.abs(shown[: len(upper)] - upper).max() <= 1)
 
-            view.until(shows_both, "the window does not show the mistake and above it the last good picture")
+            view.wait_until(shows_both, "the window does not show the mistake and above it the last good picture")
 
         line = shader.read_text().partition("m.ka * ambient")[0].count("\n") + 1
         saved(shader, "m.ka * ambient", "m.ka * ambience")
         until_wrong(f"shading/lighting.glsl:{line}: ")
         saved(shader, "m.ka * ambience", "m.kd * ambient")
         file.write_text(BALL.replace("kd = [0.5, 0.1, 0.1]", "kd = [0.5, 0.1, 0.1]\nka = [0.5, 0.1, 0.1]"))
-        bright = rendered(rt.load(file))
+        bright = render_pixels(rt.load(file))
         file.write_text(BALL)
-        view.until_shown(bright, "mending and changing the shader")
+        view.wait_until_shown(bright, "mending and changing the shader")
         saved(shader, "m.kd * ambient", "m.ka * ambient")
-        view.until_shown(plain, "changing it back")
+        view.wait_until_shown(plain, "changing it back")
         (tmp_path / "shaders/shading/.#lighting.glsl").symlink_to("nowhere")  # the lock file of an editor
         line = camera.read_text().partition("halfPixels() {")[0].count("\n") + 1
         saved(camera, "halfPixels() {", "halfPixels() { oops;")
         until_wrong(f"geometry/camera.glsl:{line}: ")
         saved(camera, "halfPixels() { oops;", "halfPixels() {")
-        view.until_shown(plain, "mending the other file")
+        view.wait_until_shown(plain, "mending the other file")
 
         saved(file, "radius = 2", "radius = -2")
         until_wrong("ball.toml:10: shapes.ball.sphere.radius: expected a number above 0")
         saved(file, "radius = -2", "radius = 1")
-        view.until_shown(rendered(rt.load(file)), "mending the scene file")
+        view.wait_until_shown(render_pixels(rt.load(file)), "mending the scene file")
         view.act("mousedown 1 mousemove_relative 40 0 mouseup 1")
         saved(file, "radius = 1", "radius = 2")
         turned = turn_light(rt.load(file), 0, half_turns(40), 0.0)
-        view.until_shown(rendered(turned), "saving the scene: the light stays where it was moved")
+        view.wait_until_shown(render_pixels(turned), "saving the scene: the light stays where it was moved")
         assert view.close() == ""
 
 
@@ -215,19 +217,19 @@ def test_a_resized_window_shows_the_picture_in_its_new_size() -> None:
         view.act("key l")
         for size in ((320, 180), (400, 301), (200, 480), (37, 23)):
             view.act(f"search --name assignment windowsize {size[0]} {size[1]}")
-            view.until_shown(rendered(assignment(), size, samples=8), f"a resize to {size}")
+            view.wait_until_shown(render_pixels(assignment(), size, samples=8), f"a resize to {size}")
 
 
 @pytest.mark.window
 def test_at_display_scale_2_the_window_and_its_text_are_twice_as_large_in_pixels() -> None:
     def table(view: Window, size: tuple[int, int]) -> int:
         """Return the number of pixels that the key H changes."""
-        plain = rendered(assignment(), size)
+        plain = render_pixels(assignment(), size)
         view.act("key l")
-        view.until_shown(plain, "opening")
+        view.wait_until_shown(plain, "opening")
         view.act("key h")
-        view.until(lambda: bool(np.abs(view.shown(size) - plain).max() > 10), "no table")
-        changed = (np.abs(view.shown(size) - plain) > 1).any(axis=2)
+        view.wait_until(lambda: bool(np.abs(view.grab_picture(size) - plain).max() > 10), "no table")
+        changed = (np.abs(view.grab_picture(size) - plain) > 1).any(axis=2)
         return int(changed.sum())
 
     small, large = (640, 440), (1280, 880)
@@ -252,18 +254,18 @@ class OpenedWindow:
             self.viewer.handle(event)
         return self.viewer.frame()
 
-    def until_idle(self) -> None:
-        while (wait := self.frame()) != _LOOK:
+    def draw_until_idle(self) -> None:
+        while (wait := self.frame()) != _CHECK_SECONDS:
             time.sleep(wait)
 
-    def shown(self) -> np.ndarray:
+    def grab_picture(self) -> np.ndarray:
         """Return the picture on the display as int [H, W, 3]."""
-        return shown(os.environ["DISPLAY"])
+        return grab_picture(os.environ["DISPLAY"])
 
-    def until_shows(self, right: Callable[[np.ndarray], bool]) -> None:
+    def wait_until_shows(self, right: Callable[[np.ndarray], bool]) -> None:
         """Wait until the display shows the right picture, which takes a moment after the swap of the buffers."""
         deadline = time.monotonic() + TIMEOUT
-        while not right(self.shown()):
+        while not right(self.grab_picture()):
             assert time.monotonic() < deadline
             time.sleep(0.02)
 
@@ -355,7 +357,7 @@ def test_a_mistake_in_the_shader_of_the_error_estimate_is_shown_and_the_picture_
     file.write_text(file.read_text().replace("vec3 moved =", "vec2 moved ="))
     view = open_window(samples=8)
     for _ in range(2):
-        view.until_idle()
+        view.draw_until_idle()
         assert view.viewer.picture.samples == 8 and view.viewer.picture.estimate() is None
         assert "sampling/movement.frag:" in view.viewer.state.error
         assert "8 of 8 samples, phong" in glfw.get_window_title(view.viewer.window)
@@ -374,13 +376,13 @@ def test_the_title_states_the_error_and_a_still_picture_stops_at_the_requested_e
     file = tmp_path / "ball.toml"
     file.write_text(BALL + "[settings]\nmax_error = 0.004\nsize = [64, 36]\n")
     view = open_window(scene=file, size=None, samples=1000)
-    view.until_idle()
+    view.draw_until_idle()
     drawn, window = view.viewer.picture, view.viewer.window
     estimate = drawn.estimate()
     assert drawn.size == (64, 36) and 4 <= drawn.samples < 1000 and estimate and estimate.reached
     assert f"{drawn.samples} of 1000 samples, error {estimate.in_words}, " in glfw.get_window_title(window)
     view.frame(Key("P"))
-    view.until_idle()
+    view.draw_until_idle()
     with Image.open("ball-1.png") as screenshot:
         assert screenshot.info["Error"].startswith(f"error {estimate.in_words} ")
         assert f"samples={drawn.samples}, " in screenshot.info["Description"]
@@ -388,8 +390,8 @@ def test_the_title_states_the_error_and_a_still_picture_stops_at_the_requested_e
     for settings, is_expected in (("max_error = 0.0004", lambda n: n > few), ("sequence = 'grid'", lambda n: n > few)):
         file.write_text(f"{BALL}[settings]\n{settings}\n")
         time.sleep(0.1)
-        view.viewer.look_at_files()
-        view.until_idle()
+        view.viewer.reload_changed_files()
+        view.draw_until_idle()
         assert is_expected(drawn.samples)
     assert f"{file}: settings.sequence: expected one of sobol, r2, random" in view.viewer.state.error
     assert capsys.readouterr().err.count(f"raytracer: {file}: settings.sequence") == 1
@@ -400,13 +402,13 @@ def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
     open_window: Callable[..., OpenedWindow], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     view = open_window()
-    view.until_idle()
+    view.draw_until_idle()
     assert glfw.get_window_title(view.viewer.window).startswith("assignment - ")
     title = glfw.get_window_title(view.viewer.window)
     assert "4 of 4 samples, error about 0.00" in title and title.endswith("phong, hard shadows, H for help")
     swaps = view.swaps
     for _ in range(20):
-        assert view.frame() == _LOOK
+        assert view.frame() == _CHECK_SECONDS
     assert view.swaps == swaps
     view.frame(Key("H"))
     assert view.swaps == swaps + 1 and view.viewer.picture.samples == 4, "the overlay is drawn over the same picture"
@@ -415,9 +417,9 @@ def test_nothing_is_drawn_for_a_still_picture_or_a_minimised_window(
         with monkeypatch.context() as patch:
             patch.setattr(glfw, name, instead)
             for _ in range(5):
-                assert view.frame(Wheel(1.0, False)) == _LOOK
+                assert view.frame(Wheel(1.0, False)) == _CHECK_SECONDS
             assert view.swaps == swaps + 1
-    view.until_idle()
+    view.draw_until_idle()
     assert view.swaps > swaps + 1, "a restored window shows the changes"
 
 
@@ -426,26 +428,26 @@ def test_the_window_shows_a_hint_about_help_for_a_while_but_a_screenshot_does_no
     open_window: Callable[..., OpenedWindow], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    picture = rendered(assignment())
+    picture = render_pixels(assignment())
     picture[: SIZE[1] // 2] = 0  # the half with the marker
 
     def difference(shown: np.ndarray) -> int:
         return int(np.abs(shown - picture)[SIZE[1] // 2 :].max())
 
     view = open_window(samples=1)
-    view.until_idle()
-    assert view.viewer.state.hint == "H: help" and difference(view.shown()) > 50
+    view.draw_until_idle()
+    assert view.viewer.state.hint == "H: help" and difference(view.grab_picture()) > 50
     view.viewer.handle(Key("P"))  # which removes the hint
     view.viewer.handle(HintShown("H: help"))
-    view.until_idle()
+    view.draw_until_idle()
     view.viewer.handle(NoticeShown(""))
     view.viewer.handle(HintShown("H: help"))
-    view.until_idle()
-    assert difference(view.shown()) > 50 and difference(as_written("assignment-1.png")) <= 1
+    view.draw_until_idle()
+    assert difference(view.grab_picture()) > 50 and difference(read_pixels("assignment-1.png")) <= 1
     monkeypatch.setattr(window_module, "_HINT", 0.0)
-    view.until_idle()
+    view.draw_until_idle()
     assert view.viewer.state.hint == ""
-    view.until_shows(lambda shown: difference(shown) <= 1)
+    view.wait_until_shows(lambda shown: difference(shown) <= 1)
 
 
 @pytest.mark.window
@@ -453,36 +455,38 @@ def test_after_several_keys_the_title_names_the_last_setting_and_only_its_progra
     open_window: Callable[..., OpenedWindow], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(window_module, "_TOGETHER", FOREVER)
-    pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=4, shading="minnaert")
+    pictures = render_pixels(assignment(), samples=4), render_pixels(assignment(), samples=4, shading="minnaert")
     half = slice(SIZE[1] // 3, 2 * SIZE[1] // 3)  # the rows without marker and text
     view = open_window(samples=4)
     programs = view.viewer.picture._device._programs
     view.viewer.handle(Key("L"))
-    view.until_idle()
+    view.draw_until_idle()
     compiled = len(programs)
     title = lambda: glfw.get_window_title(view.viewer.window)  # noqa: E731
     assert title().startswith("assignment - ") and "phong, hard shadows" in title()
     for model in ("blinn", "lambert", "minnaert"):
         view.frame(Key("B"))
         assert title() == f"assignment - compiling {model}, hard shadows ..., H for help"
-        view.until_shows(lambda shown: np.abs(shown - pictures[0])[half].max() <= 1)
-        assert np.abs(view.shown() - pictures[0]).max() > 50, "an overlay over the last picture names the settings, too"
+        view.wait_until_shows(lambda shown: np.abs(shown - pictures[0])[half].max() <= 1)
+        assert np.abs(view.grab_picture() - pictures[0]).max() > 50, (
+            "an overlay over the last picture names the settings, too"
+        )
     assert len(programs) == compiled
     monkeypatch.setattr(window_module, "_TOGETHER", 0.0)
-    view.until_idle()
+    view.draw_until_idle()
     once = len(programs) - compiled
     assert "minnaert, hard shadows" in title() and "compiling" not in title()
-    view.until_shows(lambda shown: np.abs(shown - pictures[1]).max() <= 1)
+    view.wait_until_shows(lambda shown: np.abs(shown - pictures[1]).max() <= 1)
     monkeypatch.setattr(window_module, "_TOGETHER", FOREVER)
     view.frame(Key("V"))
     assert "compiling lambert, " in title()
     view.frame(Key("B"))
-    view.until_idle()
+    view.draw_until_idle()
     assert "4 of 4 samples" in title() and "minnaert, hard shadows" in title(), "compiled programs are used at once"
     assert once > 0 and len(programs) == compiled + once
 
 
-def as_written(name: str) -> np.ndarray:
+def read_pixels(name: str) -> np.ndarray:
     with Image.open(name) as picture:
         return np.asarray(picture).astype(int)
 
@@ -496,13 +500,13 @@ def test_a_screenshot_has_all_samples_or_those_drawn_before_the_picture_changed(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
-    pictures = rendered(assignment(), samples=4), rendered(assignment(), samples=2, shadows="diluted")
+    pictures = render_pixels(assignment(), samples=4), render_pixels(assignment(), samples=2, shadows="diluted")
     view = open_window(samples=4)
     view.frame()
     view.frame(Key("P"))
     assert "4 samples" in view.viewer.state.notice and list(tmp_path.iterdir()) == []
     monkeypatch.setattr(window_module, "_STILL", 0.0)
-    view.until_idle()
+    view.draw_until_idle()
     monkeypatch.setattr(view.viewer, "_budget", 0.0)  # one sample per frame
     for key in ("S", "", ""):  # a new picture, the first sample of the picture at rest, and the second
         view.frame(Key(key))
@@ -516,7 +520,7 @@ def test_a_screenshot_has_all_samples_or_those_drawn_before_the_picture_changed(
     lines = capsys.readouterr().out.splitlines()
     assert [line.partition(", ")[2] for line in lines] == [f"{k} of 4 samples" for k in (4, 2, 3)]
     for name, picture in zip(names[:2], pictures, strict=True):
-        assert np.abs(as_written(name) - picture).max() <= 1
+        assert np.abs(read_pixels(name) - picture).max() <= 1
     with Image.open(names[2]) as screenshot:
         assert "showing normal" in screenshot.info["Description"]
 
@@ -532,7 +536,7 @@ def test_a_screenshot_of_a_picture_with_one_sample_equals_the_picture_of_render(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
-    pictures = rendered(assignment()), rendered(turn_light(assignment(), 0, half_turns(0.1 * SIZE[1]), 0.0))
+    pictures = render_pixels(assignment()), render_pixels(turn_light(assignment(), 0, half_turns(0.1 * SIZE[1]), 0.0))
     view = open_window(samples=samples, budget=budget)
     live = view.viewer.picture
     view.frame(Cursor(0.0, 0.5), Press("left"))
@@ -552,7 +556,7 @@ def test_a_screenshot_of_a_picture_with_one_sample_equals_the_picture_of_render(
     for k, picture in enumerate(pictures):
         with Image.open(f"assignment-{k + 1}.png") as screenshot:
             assert "320x180, Settings(samples=1, " in screenshot.info["Description"]
-        assert np.abs(as_written(f"assignment-{k + 1}.png") - picture).max() <= 1
+        assert np.abs(read_pixels(f"assignment-{k + 1}.png") - picture).max() <= 1
 
 
 @pytest.mark.window
@@ -561,17 +565,17 @@ def test_a_screenshot_shows_the_picture_from_before_a_file_was_saved(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(window_module, "_STILL", FOREVER)
-    picture = rendered(assignment())
+    picture = render_pixels(assignment())
     view = open_window()
     view.frame()
     file = shaders / "shading/lighting.glsl"
     file.write_text(file.read_text().replace("m.ka * ambient", "oops"))
     view.viewer.handle(Key("P"))
     time.sleep(0.1)
-    view.viewer.look_at_files()
+    view.viewer.reload_changed_files()
     view.frame()
     assert "shading/lighting.glsl:" in view.viewer.state.error
-    assert np.abs(as_written("assignment-1.png") - picture).max() <= 1
+    assert np.abs(read_pixels("assignment-1.png") - picture).max() <= 1
 
 
 @pytest.mark.window
@@ -581,19 +585,19 @@ def test_a_change_that_the_driver_cannot_draw_is_reverted_and_the_message_names_
     file = tmp_path / "ball.toml"
     file.write_text(BALL.replace("h = 100", "h = 3e5"))
     view = open_window(scene=file)
-    view.until_idle()
+    view.draw_until_idle()
     view.frame(Key("B"))  # Blinn's exponent, 4 h, would be too large
     assert view.viewer.state.settings.shading is None and f"{file}: shading: expected" in view.viewer.state.notice
-    view.until_idle()
+    view.draw_until_idle()
     file.write_text(BALL + "[[lights]]\nposition = [1, 2, 3]\n" * 5000)
     time.sleep(0.1)
-    view.viewer.look_at_files()
+    view.viewer.reload_changed_files()
     view.frame()
     assert f"{file}: expected at most" in view.viewer.state.error and len(view.viewer.state.scene.lights) == 1
     file.write_text(BALL)
     time.sleep(0.1)
-    view.viewer.look_at_files()
-    view.until_idle()
+    view.viewer.reload_changed_files()
+    view.draw_until_idle()
     assert view.viewer.state.error == "" and view.viewer.state.scene == rt.load(file)
     assert capsys.readouterr().err.count(f"raytracer: {file}: ") == 2
 

@@ -12,7 +12,7 @@ from raytracer.compiler import bright_features as module
 from raytracer.compiler.bright_features import bright_features
 from raytracer.compiler.compiled_scene import compile
 from raytracer.compiler.features import Features
-from raytracer.compiler.narrow_lobes import diffuse
+from raytracer.compiler.narrow_lobes import diffuse_reflectance
 from raytracer.formats.estimate import UNSEEN
 from raytracer.ground_truth.reflectance import reflected
 from raytracer.rendering.renderer import Renderer
@@ -77,7 +77,7 @@ def test_the_radius_of_a_hot_spot_is_the_distance_of_its_light() -> None:
 def test_the_diffuse_part_of_a_matt_material_is_its_reflectance(material: rt.Material) -> None:
     up, slanted = np.array([[0.0, 0.0, 1.0]]), np.array([[0.6, 0.0, 0.8]])
     # A Strauss material without smoothness still has a highlight of 0.2 %.
-    np.testing.assert_allclose(diffuse(material), reflected(material, up, slanted, up)[0] / 0.8, rtol=2e-3)
+    np.testing.assert_allclose(diffuse_reflectance(material), reflected(material, up, slanted, up)[0] / 0.8, rtol=2e-3)
 
 
 MATERIALS = (
@@ -198,9 +198,9 @@ def test_missed_light_is_the_squared_light_of_features_that_few_samples_hit() ->
 def test_blocks_with_features_include_all_neighbouring_pixels() -> None:
     features = features_at_one_place([0.01], [50.0])._replace(x=np.array([8.1]), y=np.array([5.0]))
     # The feature and its neighbours have columns 7 and 8, and rows 4 and 5 of 10, counted from the top.
-    assert np.argwhere(features.blocks_missed(100, 1e-3, (12, 10), (4, 4))).tolist() == [[1, 1], [1, 2]]
-    assert not features.blocks_missed(400, 1e-3, (12, 10), (4, 4)).any()
-    assert not features.blocks_missed(100, 1.0, (12, 10), (4, 4)).any()
+    assert np.argwhere(features.find_missed_blocks(100, 1e-3, (12, 10), (4, 4))).tolist() == [[1, 1], [1, 2]]
+    assert not features.find_missed_blocks(400, 1e-3, (12, 10), (4, 4)).any()
+    assert not features.find_missed_blocks(100, 1.0, (12, 10), (4, 4)).any()
 
 
 def test_scenes_without_narrow_highlights_emitters_or_near_lights_are_not_searched(

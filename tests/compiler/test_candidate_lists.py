@@ -17,7 +17,7 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import compiled, sources
-from tests.pictures import check_lists
+from tests.pictures import assert_lists_agree
 from tests.scenes import lens
 
 pytestmark = pytest.mark.gl
@@ -29,13 +29,15 @@ FLOOR = rt.Plane((0, 1, 0), -2.5, GREY)
 
 @pytest.mark.parametrize("seed", range(12))
 def test_random_trees_look_the_same_with_candidate_lists(renderer: Renderer, always_listed: None, seed: int) -> None:
-    check_lists(renderer, scenes.random_scene(seed), shadows="diluted" if seed % 2 else "hard", samples=1 + seed % 2)
+    assert_lists_agree(
+        renderer, scenes.random_scene(seed), shadows="diluted" if seed % 2 else "hard", samples=1 + seed % 2
+    )
 
 
 def test_the_walk_distinguishes_more_than_80_objects(renderer: Renderer) -> None:
     # llvmpipe allows 80 levels of nested `else`: with 100 objects in one chain, it confused the last ones.
     balls = [rt.Sphere((i % 10 - 4.5, i // 10 - 4.5, 0), 0.4, scenes.COLORS[i % 3]) for i in range(100)]
-    check_lists(renderer, scenes.lit_scene(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
+    assert_lists_agree(renderer, scenes.lit_scene(*balls, eye=(0, 0, 12)), (64, 64), shadows="off")
 
 
 def test_several_shapes_and_programs_look_the_same_with_candidate_lists(
@@ -45,9 +47,9 @@ def test_several_shapes_and_programs_look_the_same_with_candidate_lists(
     objects = [lens(0, 0, 0), lens(-2, 0.4, -1, 0.7), ball, rt.Sphere((0, 2, 0), 0.5), FLOOR]
     objects += [rt.Sphere((-1, -1, 1), 0.9, RED) & half, ~rt.Sphere((0, 0, 0), 30, BLUE), rt.Plane((0, 0, -1), 9, RED)]
     for shadows in ("off", "hard", "diluted"):
-        check_lists(renderer, scenes.lit_scene(*objects, eye=(0.5, 1, 6)), shadows=shadows)
-    check_lists(renderer, scenes.lit_scene(*objects[:4], eye=(0.5, 1, 6)), shading="blinn")
-    check_lists(renderer, scenes.lit_scene(*objects[4:], eye=(0.5, 1, 6)))
+        assert_lists_agree(renderer, scenes.lit_scene(*objects, eye=(0.5, 1, 6)), shadows=shadows)
+    assert_lists_agree(renderer, scenes.lit_scene(*objects[:4], eye=(0.5, 1, 6)), shading="blinn")
+    assert_lists_agree(renderer, scenes.lit_scene(*objects[4:], eye=(0.5, 1, 6)))
 
 
 def test_the_first_of_several_coincident_objects_is_visible(renderer: Renderer, always_listed: None) -> None:
@@ -57,8 +59,8 @@ def test_the_first_of_several_coincident_objects_is_visible(renderer: Renderer, 
     for first in range(4):
         solids = [a, a2, cut, joined]
         solids = [*solids[first:], *solids[:first]]
-        check_lists(renderer, scenes.lit_scene(*solids, FLOOR, floor))
-        check_lists(renderer, scenes.lit_scene(floor, *solids, FLOOR))
+        assert_lists_agree(renderer, scenes.lit_scene(*solids, FLOOR, floor))
+        assert_lists_agree(renderer, scenes.lit_scene(floor, *solids, FLOOR))
 
 
 @pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
@@ -74,14 +76,14 @@ def test_any_camera_and_light_give_the_same_picture_with_candidate_lists(
             x, y, z = light
             lights = [rt.PointLight((scale * x, scale * y, scale * z)), rt.PointLight((0, 9 * scale, scale))]
             camera = rt.Camera(eye, (0.1 * scale, 0, -scale), vertical_fov=70)  # pyright: ignore[reportArgumentType]
-            check_lists(renderer, rt.Scene(objects, lights, camera), (64, 36), shadows="diluted")
+            assert_lists_agree(renderer, rt.Scene(objects, lights, camera), (64, 36), shadows="diluted")
 
 
 def test_objects_too_large_for_an_opengl_point_look_the_same_with_candidate_lists(
     renderer: Renderer, always_listed: None
 ) -> None:
     objects = [lens(0, 0, 0, 3), lens(-1.5, 1.5, 2, 0.3), FLOOR, lens(2, 0, 1)]
-    check_lists(renderer, scenes.lit_scene(*objects, eye=(0, 0, 6)), (640, 360))
+    assert_lists_agree(renderer, scenes.lit_scene(*objects, eye=(0, 0, 6)), (640, 360))
 
 
 def test_a_chain_and_a_balanced_tree_of_many_holes_give_the_same_picture(renderer: Renderer) -> None:
@@ -112,7 +114,7 @@ def test_spheres_whose_two_roots_round_to_one_number_look_the_same_with_candidat
     union = functools.reduce(operator.or_, [rt.Sphere(place, radius, RED) for place in places])
     fov = float(np.degrees(40 * radius / distance))
     camera = rt.Camera((0, 0, 0), (0, 0, -1), vertical_fov=fov)
-    check_lists(renderer, rt.Scene([union], [rt.PointLight((4, 7, 4))], camera), (96, 64))
+    assert_lists_agree(renderer, rt.Scene([union], [rt.PointLight((4, 7, 4))], camera), (96, 64))
 
 
 def test_a_ray_may_hit_more_leaves_of_a_chain_than_the_shader_keeps(renderer: Renderer, always_listed: None) -> None:
@@ -127,7 +129,7 @@ def test_a_ray_may_hit_more_leaves_of_a_chain_than_the_shader_keeps(renderer: Re
     ):
         assert compiled(scenes.lit_scene(solid)).batches.programs[0].pruner.is_chain
         for eye in ((0.1, 0.3, 5), (0.01, 0.02, 0.3), (0.5, 0.2, 2.2)):
-            check_lists(renderer, scenes.lit_scene(solid, eye=eye), (64, 36), shadows="diluted")
+            assert_lists_agree(renderer, scenes.lit_scene(solid, eye=eye), (64, 36), shadows="diluted")
 
 
 def test_many_instances_agree_with_the_reference(renderer: Renderer) -> None:
@@ -161,7 +163,7 @@ def test_twenty_lights_with_direction_cells_of_any_grid_give_the_same_picture(
     places[1::6] *= 50.0
     lights = [rt.PointLight(tuple(p), (0.2, 0.2, 0.2), radius=0.05 * (k % 3)) for k, p in enumerate(places.tolist())]
     scene = rt.Scene([many, balls, FLOOR], lights, rt.Camera((0, 1, 6), (0, 0, 0)))
-    check_lists(renderer, scene, (96, 54), shadows=shadows, samples=1 if shadows == "hard" else 2)
+    assert_lists_agree(renderer, scene, (96, 54), shadows=shadows, samples=1 if shadows == "hard" else 2)
 
 
 def test_scenes_that_differ_only_in_numbers_share_their_shader_text(renderer: Renderer) -> None:

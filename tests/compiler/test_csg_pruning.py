@@ -171,7 +171,7 @@ def test_the_first_code_of_a_chain_says_how_its_leaves_are_combined() -> None:
         # The chain is in the second of three cells; the third lists only the last leaf.
         cell = np.append(np.ones_like(leaf), 2)
         start, code = Pruner(postfix(solid)).programs(cell, np.append(leaf, 3), 3)
-        begun = csg_pruning.chains(start, code)
+        begun = csg_pruning.mark_chains(start, code)
         assert start[1] == 0 and (begun != code).sum() <= 2
         if start[3] > start[2]:
             assert begun[start[2] :].tolist() in (

@@ -16,9 +16,9 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids import Plane, Solid, leaves
 from tests import scenes
-from tests.compiled import cells, compiled
-from tests.pictures import check_cells
-from tests.scenes import BALL, FLOOR, LAMP, SUN, some_light, still_life, with_lights
+from tests.compiled import cell_masks, compiled
+from tests.pictures import assert_cells_agree
+from tests.scenes import BALL, FLOOR, LAMP, SUN, random_light, still_life, with_lights
 
 SIZE = (160, 90)
 
@@ -26,7 +26,7 @@ SIZE = (160, 90)
 @pytest.mark.gl
 @pytest.mark.parametrize("size", [(1280, 720), (321, 181), (17, 5), (16, 16), (5, 200), (1, 1)])
 def test_the_assignment_looks_the_same_by_cells_in_any_size(renderer: Renderer, size: tuple[int, int]) -> None:
-    check_cells(renderer, scenes.assignment(), size)
+    assert_cells_agree(renderer, scenes.assignment(), size)
 
 
 @pytest.mark.gl
@@ -36,15 +36,15 @@ def test_the_assignment_looks_the_same_by_cells_with_any_setting(
     renderer: Renderer, shadows: str, shading: str | None
 ) -> None:
     settings = Settings(samples=3, shadows=shadows, shading=shading)  # pyright: ignore[reportArgumentType]
-    check_cells(renderer, scenes.assignment(), SIZE, settings)
+    assert_cells_agree(renderer, scenes.assignment(), SIZE, settings)
 
 
 @pytest.mark.gl
 def test_the_assignment_looks_the_same_by_cells_in_doubles_and_in_tiles(renderer: Renderer) -> None:
     for tile in (48, 37):
-        check_cells(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
+        assert_cells_agree(renderer, scenes.assignment(), (201, 113), Settings(samples=3), tile=tile)
     if 64 in renderer.device.limits.precisions:
-        check_cells(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
+        assert_cells_agree(renderer, scenes.assignment(), SIZE, Settings(samples=2, precision=64))
 
 
 # Seeds of scenes with few primitives, which compile fast, and without unbounded objects, so with plane-only cells.
@@ -59,9 +59,9 @@ def test_a_random_scene_looks_the_same_by_cells(renderer: Renderer, seed: int, l
     rng = np.random.default_rng((seed, lights))
     assert compiled(scene).has_plane_only_cells
     for k in range(4):
-        scene = with_lights(scene, *(some_light(rng, -0.5, 1.5) for _ in range(lights)))
+        scene = with_lights(scene, *(random_light(rng, -0.5, 1.5) for _ in range(lights)))
         shadows = "diluted" if k % 2 else "hard"
-        check_cells(renderer, scene, (128, 72), Settings(shadows=shadows, samples=1 + 2 * (k % 3 == 0)))
+        assert_cells_agree(renderer, scene, (128, 72), Settings(shadows=shadows, samples=1 + 2 * (k % 3 == 0)))
 
 
 @pytest.mark.gl
@@ -71,8 +71,8 @@ def test_lights_at_any_place_give_the_same_picture_by_cells(renderer: Renderer) 
         (-1.001, 1, 0), (0, 2.05, 0), (0, 3, 6), (0, 1e-3, 3), (0, 1e-3, 0), (3, 1e3, 1), (6e5, 8e5, 1e5), (1e6, 1, 0),
     ]  # fmt: skip
     for place in places:
-        check_cells(renderer, still_life(lights=[rt.PointLight(place)]))
-        check_cells(renderer, still_life(lights=[SUN, rt.PointLight(place)]))
+        assert_cells_agree(renderer, still_life(lights=[rt.PointLight(place)]))
+        assert_cells_agree(renderer, still_life(lights=[SUN, rt.PointLight(place)]))
 
 
 @pytest.mark.gl
@@ -84,9 +84,9 @@ def test_cameras_at_any_place_give_the_same_picture_by_cells(renderer: Renderer)
     for eye in eyes:
         for at in ((0.1, 0.8, 0.2), (2.0, 0.0, -30.0)):
             distance = np.linalg.norm(np.subtract(eye, at))
-            check_cells(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at))
+            assert_cells_agree(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at))
             close = float(np.degrees(2.0 * np.arctan(4.0 / distance)))
-            check_cells(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at, fov=close))
+            assert_cells_agree(renderer, still_life(lights=[SUN, LAMP], eye=eye, at=at, fov=close))
 
 
 @pytest.mark.gl
@@ -104,7 +104,7 @@ def test_a_sphere_near_its_light_looks_the_same_by_cells_from_afar(renderer: Ren
         eye = at + back / np.linalg.norm(back) * distance
         fov = float(np.degrees(2.0 * np.arctan(1.5 * height / distance)))
         camera = rt.Camera(tuple(eye.tolist()), tuple(at.tolist()), vertical_fov=min(fov, 120.0))
-        check_cells(renderer, rt.Scene([ball, FLOOR], [rt.PointLight((0, height, 0))], camera), (320, 180))
+        assert_cells_agree(renderer, rt.Scene([ball, FLOOR], [rt.PointLight((0, height, 0))], camera), (320, 180))
 
 
 @pytest.mark.gl
@@ -112,15 +112,15 @@ def test_a_sphere_near_its_light_looks_the_same_by_cells_from_afar(renderer: Ren
 def test_any_field_of_view_gives_the_same_picture_by_cells(renderer: Renderer, fov: float) -> None:
     # The camera looks at an outline, at the ground's horizon, at the edge of the shadow, or at the background.
     for at in ((0.0, 1.0, 0.0), (-0.951, 1.01, 0.31), (0.0, 3.0, -1e6), (-1.2, 0.0, -1.0), (1.0, 9.0, -3.0)):
-        check_cells(renderer, still_life(lights=[SUN, LAMP], at=at, fov=fov))
+        assert_cells_agree(renderer, still_life(lights=[SUN, LAMP], at=at, fov=fov))
 
 
 @pytest.mark.gl
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
 def test_a_scene_of_any_scale_at_any_place_looks_the_same_by_cells(renderer: Renderer, scale: float) -> None:
     scene = enlarge_scene(still_life(lights=[SUN, LAMP]), scale)
-    check_cells(renderer, scene)
-    check_cells(renderer, move_scene(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
+    assert_cells_agree(renderer, scene)
+    assert_cells_agree(renderer, move_scene(scene, (0.61e6 * scale, 0.37e6 * scale, -0.7e6 * scale)))
 
 
 @pytest.mark.gl
@@ -131,7 +131,9 @@ def test_several_half_spaces_shade_each_other_the_same_way_by_cells(renderer: Re
     for planes in ((wall,), (wall, slope), (wall, slope, ceiling), (twin,)):
         for lights in ((SUN,), (LAMP, behind), (SUN, LAMP, third)):
             for eye in ((0, 3, 6), (2.0, 1.0, -2.9), (0, 0.05, 3)):
-                check_cells(renderer, still_life(*planes, lights=lights, eye=eye), SIZE, Settings(shadows="diluted"))
+                assert_cells_agree(
+                    renderer, still_life(*planes, lights=lights, eye=eye), SIZE, Settings(shadows="diluted")
+                )
 
 
 @pytest.mark.gl
@@ -145,7 +147,7 @@ def test_scenes_without_spheres_or_without_half_spaces_look_the_same_by_cells(re
         [rt.Instances(rt.Sphere((0, 0, 0), 0.3), [(x, 0.3, z) for x in range(3) for z in range(3)]), FLOOR],
     ):
         for lights in ([], [SUN], [SUN, LAMP]):
-            check_cells(renderer, rt.Scene(objects, lights, camera))
+            assert_cells_agree(renderer, rt.Scene(objects, lights, camera))
 
 
 def test_a_scene_may_have_plane_only_cells_unless_an_object_is_unbounded() -> None:
@@ -160,11 +162,11 @@ def test_a_scene_may_have_plane_only_cells_unless_an_object_is_unbounded() -> No
 
 
 def test_most_cells_of_the_assignment_are_plane_only() -> None:
-    plane_only, empty = cells(scenes.assignment(), (1280, 720))
+    plane_only, empty = cell_masks(scenes.assignment(), (1280, 720))
     assert plane_only.shape == empty.shape == (45, 80)
     assert plane_only.mean() >= 0.85
     assert not (empty & ~plane_only).any() and 0.1 < empty.mean() < 0.5
-    lit, _ = cells(scenes.assignment(), (1280, 720), Settings(shadows="off"))
+    lit, _ = cell_masks(scenes.assignment(), (1280, 720), Settings(shadows="off"))
     assert (lit | ~plane_only).all(), "every plane-only cell stays plane-only without shadows"
 
 
@@ -183,7 +185,7 @@ def test_blocks_cover_each_cell_once_and_merge_equal_runs_of_successive_rows() -
 
 def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:
     """Check plane-only and empty cells by brute force in float64; return the share of plane-only cells."""
-    plane_only, empty = cells(scene, size)
+    plane_only, empty = cell_masks(scene, size)
     tracer = Tracer(scene)
     trees = scene.solids()
     owner = [tree for tree in trees for _ in leaves(tree)]
@@ -236,7 +238,7 @@ def test_a_plane_only_cell_has_no_other_object_and_no_shadow_of_another_object(s
     eye[1] = abs(eye[1]) if rng.random() < 0.8 else eye[1]
     fov = float(rng.choice([2.0, 20.0, 60.0, 60.0, 110.0, 170.0]))
     camera = rt.Camera(tuple(eye.tolist()), tuple(rng.normal(size=3).tolist()), vertical_fov=fov)
-    lights = [some_light(rng, -0.5, 1.5) for _ in range(2)]
+    lights = [random_light(rng, -0.5, 1.5) for _ in range(2)]
     assert_plane_only(rt.Scene([*trees, *planes], lights, camera), (96, 64))
 
 
@@ -257,15 +259,15 @@ def test_lights_in_behind_and_near_half_spaces_give_the_same_picture_by_cells(re
     for height in (0.0, -1e-6, 1e-6, -1e-3, 1e-3, -1.0):
         lights = [rt.PointLight((x, height, z)) for x, z in ((3.0, 1.0), (-2.0, 2.0), (0.5, -3.0))]
         for planes in ((), (rt.Plane((0, 0, 1), -3, scenes.COLORS[1]),), (rt.Plane((0, -1, 0), 0, scenes.COLORS[1]),)):
-            check_cells(renderer, still_life(*planes, lights=lights))
-            check_cells(renderer, still_life(*planes, lights=lights, eye=(0, -0.5, 4)))
+            assert_cells_agree(renderer, still_life(*planes, lights=lights))
+            assert_cells_agree(renderer, still_life(*planes, lights=lights, eye=(0, -0.5, 4)))
 
 
 def test_a_light_on_the_floor_casts_no_shadow_on_the_floor() -> None:
     size, places = (640, 360), ((3.0, 0.0, 2.0), (-4.0, 0.0, 1.0))
-    on_floor, _ = cells(still_life(lights=[rt.PointLight(place) for place in places]), size)
-    none, _ = cells(still_life(lights=[]), size)
-    above, _ = cells(still_life(lights=[rt.PointLight((x, 1.0, z)) for x, _, z in places]), size)
+    on_floor, _ = cell_masks(still_life(lights=[rt.PointLight(place) for place in places]), size)
+    none, _ = cell_masks(still_life(lights=[]), size)
+    above, _ = cell_masks(still_life(lights=[rt.PointLight((x, 1.0, z)) for x, _, z in places]), size)
     np.testing.assert_array_equal(on_floor, none)
     assert above.sum() < none.sum()
 
@@ -274,11 +276,11 @@ def test_brute_force_reports_cells_that_are_not_plane_only(monkeypatch: pytest.M
     scene = still_life()
     assert assert_plane_only(scene, (160, 96)) > 0.4
     none = np.zeros((6, 10), bool)
-    without_shadows, _ = cells(scene, (160, 96), Settings(shadows="off"))
-    monkeypatch.setattr("tests.compiler.test_culling.cells", lambda *_: (~none, none))
+    without_shadows, _ = cell_masks(scene, (160, 96), Settings(shadows="off"))
+    monkeypatch.setattr("tests.compiler.test_culling.cell_masks", lambda *_: (~none, none))
     with pytest.raises(AssertionError, match="only half-spaces"):
         assert_plane_only(scene, (160, 96))
-    monkeypatch.setattr("tests.compiler.test_culling.cells", lambda *_: (without_shadows, none))
+    monkeypatch.setattr("tests.compiler.test_culling.cell_masks", lambda *_: (without_shadows, none))
     with pytest.raises(AssertionError, match="casts a shadow"):
         assert_plane_only(scene, (160, 96))
 
@@ -303,7 +305,7 @@ def test_a_cell_that_shows_a_sphere_is_not_plane_only_in_any_view() -> None:
             radius = min(radius, np.radians(fov) / size[1] * 10.0 ** rng.uniform(-1, 3))
         center = toward + beside * radius * rng.choice([0.0, 0.9, 1.0])
         scene = rt.Scene([rt.Sphere(tuple(center.tolist()), radius)], [], camera)
-        plane_only, _ = cells(scene, size, Settings(shadows="off"))
+        plane_only, _ = cell_masks(scene, size, Settings(shadows="off"))
         passed = np.linalg.norm(np.cross(center, rays), axis=1) / np.linalg.norm(rays, axis=1)
         hit = ((passed < radius) & (rays @ center > 0.0)) | (np.linalg.norm(center) < radius)
         row, column = np.indices((size[1], size[0]))

@@ -20,7 +20,7 @@ from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import compiled, sources
-from tests.pictures import check_lists
+from tests.pictures import assert_lists_agree
 
 pytestmark = pytest.mark.gl
 
@@ -42,7 +42,7 @@ def shallow_union(solids: list[rt.Solid]) -> rt.Solid:
     return solids[0]
 
 
-def alternating(count: int, rng: np.random.Generator, spread: float = 1.0, planes: bool = False) -> rt.Solid:
+def alternate(count: int, rng: np.random.Generator, spread: float = 1.0, planes: bool = False) -> rt.Solid:
     """Return a | b - c | d - ..., in which each operator is deeper than the next."""
     places, sizes = rng.uniform(-spread, spread, (count, 3)).tolist(), rng.uniform(0.2, 0.8, count).tolist()
     solid: rt.Solid = rt.Sphere(places[0], sizes[0], RED)
@@ -109,8 +109,8 @@ def test_no_shader_nests_12_parentheses_for_any_tree() -> None:
 def test_deep_trees_look_the_same_with_candidate_lists(renderer: Renderer, planes: bool) -> None:
     rng = np.random.default_rng(2)
     for count, spread in ((40, 1.0), (100, 3.0)):
-        scene = scenes.lit_scene(alternating(count, rng, spread, planes), BALL, eye=(0.3, 0.5, 6))
-        check_lists(renderer, scene, SIZE, shadows="diluted")
+        scene = scenes.lit_scene(alternate(count, rng, spread, planes), BALL, eye=(0.3, 0.5, 6))
+        assert_lists_agree(renderer, scene, SIZE, shadows="diluted")
 
 
 @pytest.mark.parametrize("bounded", [False, True])
@@ -118,13 +118,13 @@ def test_instances_of_trees_with_half_spaces_look_the_same_with_candidate_lists(
     renderer: Renderer, bounded: bool
 ) -> None:
     rng = np.random.default_rng(3)
-    tree = alternating(7, rng, planes=True)
+    tree = alternate(7, rng, planes=True)
     if not bounded:  # all cells list a corner of three half-spaces
         tree = tree | (rt.Plane((1, 0, 0), -2) & rt.Plane((0, 1, 0), -2, BLUE) & rt.Plane((0, 0, 1), -2, RED))
     many = rt.Instances(tree, rng.uniform(-3, 3, (6, 3)), rng.uniform(0.3, 0.6, 6))
-    other = rt.Instances(alternating(6, rng), rng.uniform(-3, 3, (4, 3)), 0.5)
+    other = rt.Instances(alternate(6, rng), rng.uniform(-3, 3, (4, 3)), 0.5)
     scene = scenes.lit_scene(many, other, many.solid, rt.Plane((0, 1, 0), -2.5, GREY), eye=(0.3, 0.5, 6))
-    check_lists(renderer, scene, SIZE, shadows="diluted")
+    assert_lists_agree(renderer, scene, SIZE, shadows="diluted")
 
 
 @pytest.mark.parametrize("count", [13, 40])
@@ -132,7 +132,7 @@ def test_half_spaces_alone_look_the_same_with_candidate_lists(renderer: Renderer
     rng = np.random.default_rng(4)
     normals = rng.normal(size=(count, 3))
     planes = [rt.Plane(n, -float(d), RED) for n, d in zip(normals.tolist(), rng.uniform(1, 9, count), strict=True)]
-    check_lists(renderer, scenes.lit_scene(*planes, eye=(0, 0, 0.5)), SIZE)
+    assert_lists_agree(renderer, scenes.lit_scene(*planes, eye=(0, 0, 0.5)), SIZE)
 
 
 @pytest.mark.parametrize("shadows", ["hard", "soft"])
@@ -140,8 +140,8 @@ def test_coarser_direction_cells_around_the_lights_give_the_same_picture(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, shadows: str
 ) -> None:
     rng = np.random.default_rng(5)
-    objects = [alternating(200, rng, 2.0), rt.Instances(alternating(3, rng), rng.uniform(-3, 3, (50, 3)), 0.3)]
-    objects.append(rt.Instances(alternating(9, rng, planes=True) & BALL, rng.uniform(-3, 3, (20, 3)), 0.5))
+    objects = [alternate(200, rng, 2.0), rt.Instances(alternate(3, rng), rng.uniform(-3, 3, (50, 3)), 0.3)]
+    objects.append(rt.Instances(alternate(9, rng, planes=True) & BALL, rng.uniform(-3, 3, (20, 3)), 0.5))
     lights = [rt.PointLight((x, 5, 3), radius=0.5) for x in (-4, 0, 4)]
     scene = rt.Scene([*objects, rt.Plane((0, 1, 0), -2.5, GREY)], lights, rt.Camera((0.3, 0.5, 6), (0, 0, 0)))
     settings = Settings(shadows=shadows)  # pyright: ignore[reportArgumentType]

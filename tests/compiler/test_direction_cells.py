@@ -6,13 +6,13 @@ import pytest
 from raytracer.compiler import direction_cells
 from raytracer.compiler.direction_cells import MARGIN
 from raytracer.core.validation import InputError
-from tests.balls import direction_cell, edge_directions, find_hits, missing, some_balls
+from tests.balls import count_missing, direction_cell, edge_directions, find_hits, random_balls
 
 
 @pytest.mark.parametrize("extent", [0.01, 1.0, 300.0])
 def test_the_cell_of_every_camera_ray_lists_the_spheres_that_the_ray_hits(extent: float) -> None:
     rng = np.random.default_rng(1)
-    centers, radii = some_balls(rng, 600)
+    centers, radii = random_balls(rng, 600)
     centers[300:, :2] *= extent  # half of the spheres are more or less ahead of the camera
     lo, hi = direction_cells.tangents(centers, radii)
     shape = (40, 30)
@@ -22,7 +22,7 @@ def test_the_cell_of_every_camera_ray_lists_the_spheres_that_the_ray_hits(extent
     ray, ball = find_hits(np.column_stack((slope, np.full(2000, -1.0))), centers, radii)
     column, row = np.floor((slope[ray] - origin) / step).astype(np.int64).T
     assert len(np.unique(ball)) > 200
-    assert missing(cell, item, row * shape[0] + column, ball) == 0
+    assert count_missing(cell, item, row * shape[0] + column, ball) == 0
     # No cell lists a sphere twice, or a sphere behind the camera.
     assert np.all(radii[item] * (1 + 2 * MARGIN) > centers[item, 2])
     assert len(np.unique(cell << 20 | item)) == len(cell)
@@ -30,14 +30,14 @@ def test_the_cell_of_every_camera_ray_lists_the_spheres_that_the_ray_hits(extent
 
 def test_the_cell_of_every_light_ray_lists_the_spheres_that_the_ray_hits() -> None:
     rng = np.random.default_rng(2)
-    centers, radii = some_balls(rng, 400)
+    centers, radii = random_balls(rng, 400)
     directions = rng.normal(size=(2000, 3))
     directions[:500, 2] = 0.0  # along the equator between the two hemispheres
     directions[:250] += rng.choice([-1e-9, 0, 1e-9], (250, 3))
     cell, item = direction_cells.hemisphere_cells(centers, radii, 16)
     ray, ball = find_hits(directions, centers, radii)
     assert len(np.unique(ball)) > 300
-    assert missing(cell, item, direction_cell(directions, 16)[ray], ball) == 0
+    assert count_missing(cell, item, direction_cell(directions, 16)[ray], ball) == 0
     holds = np.linalg.norm(centers, axis=1) < radii
     assert np.all(np.bincount(item, minlength=400)[holds] == 2 * 16**2)
     assert len(np.unique(cell << 20 | item)) == len(cell)
@@ -62,7 +62,7 @@ def test_cells_list_tiny_spheres_for_float32_rays_at_their_edges() -> None:
     grid = 256
     centers = edge_directions(rng, 3000, grid)
     cell, item = direction_cells.hemisphere_cells(centers, np.full(3000, 1e-12), grid)
-    assert missing(cell, item, direction_cell(centers.astype(np.float32), grid), np.arange(3000)) == 0
+    assert count_missing(cell, item, direction_cell(centers.astype(np.float32), grid), np.arange(3000)) == 0
     assert len(cell) <= 4 * 3000
 
 

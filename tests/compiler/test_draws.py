@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.draws import MARGIN, SUMMED, Clear, Draw, Step, sample_at, sample_draws
+from raytracer.compiler.draws import MARGIN, SAMPLES_PER_SUM, Clear, Draw, Step, sample_at, sample_draws
 from raytracer.compiler.frame import make_frame
 from raytracer.compiler.meshes import (
     EMPTY,
@@ -55,7 +55,7 @@ def step_lines(steps: list[Step]) -> list[str]:
     return lines
 
 
-def draws_of(picture: Coverage, *numbers: int, mask: np.ndarray | None = None, shades: bool = True) -> list[Step]:
+def make_draws(picture: Coverage, *numbers: int, mask: np.ndarray | None = None, shades: bool = True) -> list[Step]:
     meshes = tile_meshes(picture, TILE, mask, ())
     samples = [sample_at(number, FOUR_SAMPLES) for number in numbers]
     return sample_draws(meshes, TILE, samples, ["surface"], shades=shades, constants={})
@@ -64,30 +64,30 @@ def draws_of(picture: Coverage, *numbers: int, mask: np.ndarray | None = None, s
 def test_the_first_sample_replaces_and_later_samples_are_added() -> None:
     see = "see into surface: replace"
     lights = ("shade", "plane_only", "empty")
-    assert step_lines(draws_of(GROUND, 0)) == [see, *(f"{name} into radiance: replace" for name in lights)]
-    assert step_lines(draws_of(GROUND, 1)) == [see, *(f"{name} into radiance: add" for name in lights)]
-    assert step_lines(draws_of(GROUND, SUMMED)) == step_lines(draws_of(GROUND, 0))
+    assert step_lines(make_draws(GROUND, 0)) == [see, *(f"{name} into radiance: replace" for name in lights)]
+    assert step_lines(make_draws(GROUND, 1)) == [see, *(f"{name} into radiance: add" for name in lights)]
+    assert step_lines(make_draws(GROUND, SAMPLES_PER_SUM)) == step_lines(make_draws(GROUND, 0))
 
 
 def test_samples_drawn_together_share_the_draws_of_empty_and_plane_only_cells() -> None:
     see, shade = "see into surface: replace", "shade into radiance: add"
     several = msgspec.structs.replace(GROUND, cells={**GROUND.cells, SEVERAL: GROUND.cells[PLANE_ONLY]})
     start = [f"{name} into radiance: replace" for name in ("several", "empty", "shade")]
-    assert step_lines(draws_of(several, 0, 1, 2, 3)) == [see, *start, *(3 * [see, shade])]
-    steps = draws_of(several, 4, 5, 6, 7)
+    assert step_lines(make_draws(several, 0, 1, 2, 3)) == [see, *start, *(3 * [see, shade])]
+    steps = make_draws(several, 4, 5, 6, 7)
     assert step_lines(steps)[1:4] == [line.replace("replace", "add") for line in start]
     for step in steps:
         if isinstance(step, Draw) and step.program in (SEVERAL, EMPTY):
             assert step.uniforms["samples"] == 4
             assert step.uniforms["samplePlaces"] == [sample_at(number, FOUR_SAMPLES).place for number in range(4, 8)]
-    assert step_lines(draws_of(GROUND, 4, 5, 6, 7)).count("plane_only into radiance: add") == 4
+    assert step_lines(make_draws(GROUND, 4, 5, 6, 7)).count("plane_only into radiance: add") == 4
 
 
 def test_only_cells_in_the_mask_are_drawn_and_their_sum_starts_at_zero() -> None:
     mask = np.zeros((8, 12), bool)
     mask[1, 2] = mask[5, 9] = True  # a block of the first cell and a block of the last cell
-    for number, clear in ((1, []), (SUMMED, ["clear radiance to 0"])):
-        steps = draws_of(GROUND, number, mask=mask)
+    for number, clear in ((1, []), (SAMPLES_PER_SUM, ["clear radiance to 0"])):
+        steps = make_draws(GROUND, number, mask=mask)
         assert step_lines(steps) == [
             *clear, "see into surface: replace", "shade into radiance: add", "empty into radiance: add"
         ]  # fmt: skip
@@ -111,9 +111,9 @@ def test_rectangles_are_drawn_after_cells_and_only_inside_the_tile() -> None:
     rectangles = np.array([[0, 0, 10, 10], [20, 20, 26, 21], [40, 2, 48, 32]], np.int32)
     picture = msgspec.structs.replace(GROUND, rectangles=rectangles)
     shapes = "shapes into surface: replace"
-    assert step_lines(draws_of(picture, 0, shades=False)) == ["see into surface: replace", "clear depth to 1", shapes]
+    assert step_lines(make_draws(picture, 0, shades=False)) == ["see into surface: replace", "clear depth to 1", shapes]
     alone = msgspec.structs.replace(picture, cells={SHADE: GROUND.cells[SHADE]})
-    assert step_lines(draws_of(alone, 0, shades=False)) == ["clear surface to 0", "clear depth to 1", shapes]
+    assert step_lines(make_draws(alone, 0, shades=False)) == ["clear surface to 0", "clear depth to 1", shapes]
     mesh = tile_meshes(picture, (0, 0, 32, 32), None, ()).rectangles
     assert mesh and mesh.numbers.tolist() == [0, 1] and mesh.largest == 10
 

@@ -6,7 +6,7 @@ import pytest
 from raytracer.compiler.direction_cells import MAX_PAIRS, Array, Ints, Lists, hemisphere_cells
 from raytracer.compiler.hemisphere_lists import LightBalls, hemisphere_lists, light_balls
 from raytracer.core.validation import InputError
-from tests.balls import direction_cell, edge_directions, find_hits, missing, some_balls
+from tests.balls import count_missing, direction_cell, edge_directions, find_hits, random_balls
 
 ORIGIN = np.zeros(3)
 
@@ -36,7 +36,7 @@ def pairs(lists: Lists) -> tuple[Ints, Ints]:
 @pytest.mark.parametrize(("grid", "scale"), [(1, 1.0), (3, 1e6), (16, 1e-25), (20, 1e-6), (32, 1.0), (24, 1e25)])
 def test_the_cell_of_every_light_ray_lists_the_spheres_that_the_ray_hits(grid: int, scale: float) -> None:
     rng = np.random.default_rng(2)
-    centers, radii = some_balls(rng, 300)
+    centers, radii = random_balls(rng, 300)
     directions = rng.normal(size=(2000, 3))
     directions[:500, 2] = 0.0  # along the equator between the two hemispheres
     directions[:250] += rng.choice([-1e-9, 0, 1e-9], (250, 3))
@@ -45,7 +45,7 @@ def test_the_cell_of_every_light_ray_lists_the_spheres_that_the_ray_hits(grid: i
     cell, ball = pairs(checked_lists(balls, scale * place, 0, 0, grid))
     ray, met = find_hits(directions, centers, radii)
     assert len(np.unique(met)) > 200
-    assert missing(cell, ball, direction_cell(directions, grid)[ray], met) == 0
+    assert count_missing(cell, ball, direction_cell(directions, grid)[ray], met) == 0
     assert len(np.unique(cell << 20 | ball)) == len(cell)
 
 
@@ -59,7 +59,7 @@ def test_float32_lists_all_pairs_of_float64_and_few_more(grid: int, count: int) 
     place, wider = rng.normal(size=3), 1e-5
     cell, ball = pairs(checked_lists(separate_balls(centers + place, radii), place, wider, 0, grid))
     exact = hemisphere_cells(centers, radii + wider, grid)
-    assert missing(cell, ball, *exact) == 0
+    assert count_missing(cell, ball, *exact) == 0
     assert len(np.unique(cell << 20 | ball)) == len(cell) <= 1.35 * len(exact[0]) + 20
 
 
@@ -68,7 +68,7 @@ def test_cells_list_tiny_spheres_for_float32_rays_at_their_edges() -> None:
     grid = 192
     centers = edge_directions(rng, 3000, grid)
     cell, ball = pairs(checked_lists(separate_balls(centers, np.full(3000, 1e-12)), ORIGIN, 0, 0, grid))
-    assert missing(cell, ball, direction_cell(centers.astype(np.float32), grid), np.arange(3000)) == 0
+    assert count_missing(cell, ball, direction_cell(centers.astype(np.float32), grid), np.arange(3000)) == 0
     assert len(cell) <= 4 * 3000
 
 

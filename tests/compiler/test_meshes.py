@@ -18,7 +18,7 @@ def random_rectangles(count: int) -> np.ndarray:
     return np.column_stack([ends.min(axis=0), ends.max(axis=0) + 1]).astype(np.int32)
 
 
-def pixels_of(rectangle: np.ndarray) -> np.ndarray:
+def pixel_mask(rectangle: np.ndarray) -> np.ndarray:
     """Return a mask of the picture's pixels inside the rectangle [rows, columns]."""
     x0, y0, x1, y1 = rectangle
     y, x = np.mgrid[: SIDE * ROWS, : SIDE * COLUMNS]
@@ -31,7 +31,7 @@ def test_the_cells_under_rectangles_are_the_cells_with_a_pixel_of_a_rectangle() 
         covered = cells_under(rectangles, (ROWS, COLUMNS), SIDE)
         pixels = np.zeros((SIDE * ROWS, SIDE * COLUMNS), bool)
         for rectangle in rectangles:
-            pixels |= pixels_of(rectangle)
+            pixels |= pixel_mask(rectangle)
         np.testing.assert_array_equal(covered, pixels.reshape(ROWS, SIDE, COLUMNS, SIDE).any(axis=(1, 3)))
 
 
@@ -44,14 +44,14 @@ def test_a_rectangle_touches_squares_that_share_a_pixel_with_it() -> None:
         whole = np.zeros((SIDE * ROWS, SIDE * COLUMNS), bool)
         drawn = squares.repeat(SIDE, axis=0).repeat(SIDE, axis=1)
         whole[corner[1] : corner[1] + drawn.shape[0], corner[0] : corner[0] + drawn.shape[1]] = drawn
-        expected = [bool((pixels_of(rectangle) & whole).any()) for rectangle in rectangles]
+        expected = [bool((pixel_mask(rectangle) & whole).any()) for rectangle in rectangles]
         assert touches_squares(rectangles, squares, corner, SIDE).tolist() == expected and 0 < sum(expected) < 60
 
 
 def test_a_rectangle_touches_an_area_if_they_share_a_pixel() -> None:
     rectangles = random_rectangles(60)
     for x, y, width, height in ((0, 0, 20, 10), (17, 9, 3, 30), (30, 18, 1, 1)):
-        expected = [bool(pixels_of(rectangle)[y : y + height, x : x + width].any()) for rectangle in rectangles]
+        expected = [bool(pixel_mask(rectangle)[y : y + height, x : x + width].any()) for rectangle in rectangles]
         assert touches_area(rectangles, (x, y, width, height)).tolist() == expected and 0 < sum(expected) < 60
 
 

@@ -8,7 +8,7 @@ from typing import get_args
 import pytest
 
 import raytracer as rt
-from raytracer.compiler.draws import TOGETHER
+from raytracer.compiler.draws import SAMPLES_AT_ONCE
 from raytracer.compiler.glsl.preprocessor import ShaderError, Source, assemble, shaders_folder
 from raytracer.compiler.roth_bounds import max_hits, roth_loops
 from raytracer.formats.scene_file import loads
@@ -88,7 +88,7 @@ UNUSED: dict[str, tuple[list[rt.Solid], int, Settings, tuple[str, ...]]] = {
 }
 
 
-def programs_of(objects: Sequence[rt.Solid], lights: int, settings: Settings) -> dict[str, Source]:
+def make_programs(objects: Sequence[rt.Solid], lights: int, settings: Settings) -> dict[str, Source]:
     """Return all fragment sources that draw pictures of a scene with these objects."""
     scene = rt.Scene(objects, [rt.PointLight((i, 7, 4)) for i in range(lights)], rt.Camera((0, 3, 6), (0, 1, 0)))
     texts = {name: source.fragment for name, source in sources(scene, settings).items() if name != "empty"}
@@ -98,18 +98,18 @@ def programs_of(objects: Sequence[rt.Solid], lights: int, settings: Settings) ->
 @pytest.mark.parametrize("name", UNUSED)
 def test_no_program_has_words_of_a_feature_that_the_scene_does_not_use(name: str) -> None:
     objects, lights, settings, words = UNUSED[name]
-    for program, source in programs_of(objects, lights, settings).items():
+    for program, source in make_programs(objects, lights, settings).items():
         for word in words:
             assert word not in code(source), f"{word} in {program}"
 
 
 def test_programs_have_the_words_of_the_features_that_a_scene_uses() -> None:
     # This test ensures that the words above are not misspelt.
-    programs = programs_of([A, SHINY, FLOOR], 1, Settings())
+    programs = make_programs([A, SHINY, FLOOR], 1, Settings())
     all_text = "\n".join(source.text for source in programs.values())
-    all_text += programs_of([A], 1, Settings(evaluator="roth", precision=64))["shade"].text
+    all_text += make_programs([A], 1, Settings(evaluator="roth", precision=64))["shade"].text
     shining = [rt.Sphere((0, 1, 0), 1, rt.Material(model, le=1)) for model in ("ggx", "lafortune")]
-    all_text += programs_of(shining, 1, Settings())["picture"].text
+    all_text += make_programs(shining, 1, Settings())["picture"].text
     for *_, words in UNUSED.values():
         for word in words:
             assert word in all_text, word
@@ -118,31 +118,31 @@ def test_programs_have_the_words_of_the_features_that_a_scene_uses() -> None:
 
 def test_each_program_has_the_code_of_its_purpose_and_no_more() -> None:
     # With this many primitives, one program finds the surfaces and another computes their light.
-    walked = programs_of([A, SHINY, FLOOR, *CROWD], 2, Settings(evaluator="walk"))
+    walked = make_programs([A, SHINY, FLOOR, *CROWD], 2, Settings(evaluator="walk"))
     texts = {name: code(source) for name, source in walked.items()}
-    texts["plane_only"] = code(programs_of([A, SHINY, FLOOR], 2, Settings())["plane_only"])
+    texts["plane_only"] = code(make_programs([A, SHINY, FLOOR], 2, Settings())["plane_only"])
     for word in ("Material", "Light", "shadow", "blockedAt"):
         assert word not in texts["see"] and word not in texts["geometry"], word
     assert "normalDepth" in texts["geometry"] and "normalDepth" not in texts["see"]
     assert "rayCSG" not in texts["shade"], "the visible surface is already known"
     for word in ("sphereSpan", "sphereRoots", "sphereTerms", "sphereNormal", "shadow", "blockedAt"):
         assert word not in texts["plane_only"], f"{word}: a single half-space casts no shadow on itself"
-    two = programs_of([A, FLOOR, rt.Plane((1, 0, 0), -9)], 1, Settings())["plane_only"]
+    two = make_programs([A, FLOOR, rt.Plane((1, 0, 0), -9)], 1, Settings())["plane_only"]
     assert "blockedAt" in code(two) and "sphereRoots" not in code(two)
 
 
 def test_the_program_for_several_samples_has_one_copy_per_sample() -> None:
     several = sources(scenes.assignment(), several=True)["several"]
-    places = [f"samplePlace{i}" for i in range(TOGETHER)]
+    places = [f"samplePlace{i}" for i in range(SAMPLES_AT_ONCE)]
     for text in (several.vertex.text, several.fragment.text):
         assert sorted(set(re.findall(r"samplePlace\d", text))) == places
-    assert code(several.fragment).partition("void main()")[2].count("sampled()") == TOGETHER
+    assert code(several.fragment).partition("void main()")[2].count("sampled()") == SAMPLES_AT_ONCE
 
 
 @pytest.mark.parametrize("shadows", ["hard", "diluted"])
 def test_a_shadow_ray_computes_no_normal_and_no_material(shadows: Shadows) -> None:
     for objects in ([A - B, FLOOR, *CROWD], [FLOOR, rt.Plane((1, 0, 0), 2), *CROWD]):
-        shade = programs_of(objects, 2, Settings(shadows=shadows, evaluator="walk"))["shade"]
+        shade = make_programs(objects, 2, Settings(shadows=shadows, evaluator="walk"))["shade"]
         reached = called_functions(shade, "blockedAt")
         assert reached & {"sphereRoots", "planeRoots", "planeRoot"}
         assert not reached & {"pointAt", "sphereNormal", "indexOf", "reflected", "rayCSG", "isBefore"}

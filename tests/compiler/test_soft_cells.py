@@ -12,9 +12,9 @@ from raytracer.compiler.scene_lists import GRIDS
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.compiled import cells
-from tests.pictures import check_cells, check_lists
-from tests.scenes import lens, some_light, still_life, with_lights
+from tests.compiled import cell_masks
+from tests.pictures import assert_cells_agree, assert_lists_agree
+from tests.scenes import lens, random_light, still_life, with_lights
 
 pytestmark = pytest.mark.gl
 
@@ -31,7 +31,7 @@ def some_lights(rng: np.random.Generator, size: float) -> list[rt.PointLight]:
     """Return three lights of random radii for a scene of `size`: some below the ground, among or around the objects."""
     lights = []
     for _ in range(3):
-        light = some_light(rng, np.log10(size) - 1.0, np.log10(size) + 1.0)
+        light = random_light(rng, np.log10(size) - 1.0, np.log10(size) + 1.0)
         radius = size * 10.0 ** rng.uniform(-4, 1)
         lights.append(msgspec.structs.replace(light, radius=radius if rng.random() < 0.9 else 0.0))
     return lights
@@ -41,8 +41,8 @@ def some_lights(rng: np.random.Generator, size: float) -> list[rt.PointLight]:
 @pytest.mark.parametrize("precision", [32, 64])
 def test_the_assignment_looks_the_same_by_cells(renderer: Renderer, radius: float, precision: int) -> None:
     scene = scenes.with_light_radii(scenes.assignment(), radius)
-    check_cells(renderer, scene, (160, 90), soft_settings(precision=precision))
-    check_cells(renderer, scene, (101, 67), soft_settings(precision=precision), tile=48)
+    assert_cells_agree(renderer, scene, (160, 90), soft_settings(precision=precision))
+    assert_cells_agree(renderer, scene, (101, 67), soft_settings(precision=precision), tile=48)
 
 
 @pytest.mark.parametrize("seed", range(16))
@@ -51,14 +51,14 @@ def test_few_objects_look_the_same_by_cells(renderer: Renderer, seed: int) -> No
     second = rt.Plane(tuple(rng.normal(size=3).tolist()), -3.0, GREEN)
     eye = tuple((rng.normal(size=3) + np.array((0, 2, 5))).tolist())
     scene = still_life(*([second] if seed % 2 else []), lights=some_lights(rng, 3.0), eye=eye)
-    check_cells(renderer, scene, SIZE, soft_settings())
+    assert_cells_agree(renderer, scene, SIZE, soft_settings())
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_random_trees_look_the_same_with_candidate_lists(renderer: Renderer, always_listed: None, seed: int) -> None:
     rng = np.random.default_rng((8, seed))
     scene = with_lights(scenes.random_scene(seed), *some_lights(rng, 2.0))
-    check_lists(renderer, scene, SIZE, shadows="soft", samples=2)
+    assert_lists_agree(renderer, scene, SIZE, shadows="soft", samples=2)
 
 
 @pytest.mark.parametrize("scale", [1e-5, 1.0, 1e5])
@@ -72,7 +72,7 @@ def test_many_objects_look_the_same_with_candidate_lists(renderer: Renderer, sca
     for objects in ([many, floor], [many, floor, cut & rt.Sphere((0, 3 * scale, -2 * scale), scale, BLUE)]):
         for _ in range(3):
             scene = rt.Scene(objects, some_lights(rng, 4.0 * scale), camera)
-            check_lists(renderer, scene, SIZE, shadows="soft", samples=2)
+            assert_lists_agree(renderer, scene, SIZE, shadows="soft", samples=2)
 
 
 @pytest.mark.parametrize("radius", [0.1, 2.0, 1e3])
@@ -84,14 +84,14 @@ def test_a_light_may_touch_or_contain_points_and_spheres(
     for place in ((0.0, 0.6 + 0.6 + radius, 0.0), (0.0, 0.0, 0.0), (0.75, 0.6, 0.0), (0.0, -0.5, 2.0), (0.0, 0.6, 0.0)):
         light = rt.PointLight(place, radius=radius)
         scene = rt.Scene([*balls, floor], [light], rt.Camera((0, 2, 5), (0, 0.5, 0)))
-        check_lists(renderer, scene, (96, 54), shadows="soft", samples=2)
-        check_cells(renderer, scene, (96, 54), soft_settings())
+        assert_lists_agree(renderer, scene, (96, 54), shadows="soft", samples=2)
+        assert_cells_agree(renderer, scene, (96, 54), soft_settings())
 
 
 def test_lights_that_differ_only_in_radius_have_separate_lists(renderer: Renderer, always_listed: None) -> None:
     scene = scenes.lit_scene(*(rt.Sphere((i, 0, 0), 0.4, RED) for i in range(-2, 3)), rt.Plane((0, 1, 0), -1, GREY))
     for radius in (0.1, 3.0, 0.1):
-        check_lists(renderer, scenes.with_light_radii(scene, radius, 0.0), SIZE, shadows="soft")
+        assert_lists_agree(renderer, scenes.with_light_radii(scene, radius, 0.0), SIZE, shadows="soft")
 
 
 def test_large_lights_among_many_objects_use_a_grid_that_is_coarse_enough(renderer: Renderer) -> None:
@@ -107,7 +107,8 @@ def test_large_lights_among_many_objects_use_a_grid_that_is_coarse_enough(render
 def test_larger_lights_leave_fewer_plane_only_cells_but_some() -> None:
     scene, size = scenes.assignment(), (640, 360)
     hard, soft_, large = (
-        cells(scenes.with_light_radii(scene, radius), size, soft_settings())[0].mean() for radius in (0.0, 0.5, 2.0)
+        cell_masks(scenes.with_light_radii(scene, radius), size, soft_settings())[0].mean()
+        for radius in (0.0, 0.5, 2.0)
     )
     assert hard > soft_ > large > 0.3
 
@@ -122,4 +123,4 @@ def test_pictures_differ_if_spheres_are_not_enlarged_by_the_light_radius(
     for module in (culling, candidate_lists):
         monkeypatch.setattr(module, "ball_growth", lambda *_: 0.0)
     with pytest.raises(AssertionError):
-        check_cells(renderer, scene, size, soft_settings())
+        assert_cells_agree(renderer, scene, size, soft_settings())

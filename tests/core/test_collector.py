@@ -4,17 +4,17 @@ import gc
 
 import pytest
 
-from raytracer.core.collector import collector_paused
+from raytracer.core.collector import pause_collector
 
 
 def test_the_collector_is_off_inside_the_block_and_restored_after_it() -> None:
     assert gc.isenabled()
-    with collector_paused():
+    with pause_collector():
         assert not gc.isenabled()
-        with collector_paused():
+        with pause_collector():
             assert not gc.isenabled()
         assert not gc.isenabled()
     assert gc.isenabled()
-    with pytest.raises(KeyError), collector_paused():
+    with pytest.raises(KeyError), pause_collector():
         raise KeyError
     assert gc.isenabled()

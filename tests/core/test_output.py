@@ -9,7 +9,14 @@ import pytest
 
 import raytracer as rt
 from raytracer.app.cli import main
-from raytracer.core.output import check_folder, check_output, replaced_whole, write_new, write_numbered, written_whole
+from raytracer.core.output import (
+    check_folder,
+    check_output,
+    replace_atomically,
+    write_atomically,
+    write_new,
+    write_numbered,
+)
 from tests import scenes
 
 SCENE = str(scenes.ASSIGNMENT)
@@ -26,11 +33,11 @@ def names(folder: Path) -> list[str]:
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     out = tmp_path / "a.png"
     out.write_bytes(b"before")
-    with pytest.raises(RuntimeError), written_whole(out) as file:
+    with pytest.raises(RuntimeError), write_atomically(out) as file:
         file.write(b"half")
         raise RuntimeError
     assert out.read_bytes() == b"before" and list(tmp_path.iterdir()) == [out]
-    with written_whole(out) as file:
+    with write_atomically(out) as file:
         file.write(b"all of it")
     assert out.read_bytes() == b"all of it" and list(tmp_path.iterdir()) == [out]
 
@@ -40,7 +47,7 @@ def test_an_overwritten_file_keeps_its_permissions_at_all_times(tmp_path: Path, 
     out = tmp_path / "a.png"
     out.touch()
     out.chmod(mode)
-    with written_whole(out) as file:
+    with write_atomically(out) as file:
         file.write(b"new")
         (part,) = {*tmp_path.iterdir()} - {out}
         assert permissions(part) & ~mode == 0, "users who may not read the file may not read its part"
@@ -50,7 +57,7 @@ def test_an_overwritten_file_keeps_its_permissions_at_all_times(tmp_path: Path, 
 def test_a_new_file_has_the_permissions_of_the_umask(tmp_path: Path) -> None:
     before = os.umask(0o027)
     try:
-        with written_whole(tmp_path / "a") as file:
+        with write_atomically(tmp_path / "a") as file:
             file.write(b"new")
         write_new(tmp_path / "b", lambda file: file.write(b"new"))
     finally:
@@ -64,7 +71,7 @@ def test_an_overwritten_file_keeps_its_owner(tmp_path: Path) -> None:
     out.touch()
     os.chown(out, 12, 34)
     out.chmod(0o660)
-    with written_whole(out):
+    with write_atomically(out):
         pass
     status = out.stat()
     assert (status.st_uid, status.st_gid, permissions(out)) == (12, 34, 0o660)
@@ -86,7 +93,7 @@ def test_an_overwritten_file_of_another_user_keeps_its_group_and_is_private_unti
     os.chown(out, 12, 34)
     out.chmod(0o640)
     monkeypatch.setattr(os, "chown", chown_as_member)
-    with written_whole(out):
+    with write_atomically(out):
         (part,) = {*tmp_path.iterdir()} - {out}
         assert permissions(part) == 0o600
     status = out.stat()
@@ -103,7 +110,7 @@ def test_writing_to_a_link_writes_its_target_and_keeps_the_link(tmp_path: Path) 
     link.symlink_to(Path("..", "there", "b.png"))
     second.symlink_to("a.png")
     for out in (link, second):
-        with pytest.raises(KeyboardInterrupt), written_whole(out) as file:
+        with pytest.raises(KeyboardInterrupt), write_atomically(out) as file:
             file.write(b"half")
             assert len(names(target_folder)) == 2, "the part is beside the target, on the target's file system"
             raise KeyboardInterrupt
@@ -112,7 +119,7 @@ def test_writing_to_a_link_writes_its_target_and_keeps_the_link(tmp_path: Path) 
         assert target.read_bytes().startswith(b"\x89PNG") and permissions(target) == 0o640
         target.write_bytes(b"before")
     assert link.is_symlink() and second.is_symlink() and names(target_folder) == ["b.png"]
-    with replaced_whole(link) as file:
+    with replace_atomically(link) as file:
         file.write(b"new")
     assert not link.is_symlink() and link.read_bytes() == b"new" and target.read_bytes() == b"before"
 
@@ -162,7 +169,7 @@ COMMANDS = [
 ]
 
 
-def state_of(folder: Path) -> dict[Path, tuple[int, ...]]:
+def read_state(folder: Path) -> dict[Path, tuple[int, ...]]:
     """Return the entries of a folder with their states, without the times of reading."""
     states = ((path, path.lstat()) for path in folder.iterdir())
     return {path: (s.st_ino, s.st_mode, s.st_size, s.st_mtime_ns, s.st_ctime_ns) for path, s in states}
@@ -175,17 +182,17 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_rendering(
     monkeypatch.chdir(tmp_path)
     out = Path("a.png")
     make(out)
-    before = state_of(tmp_path)
+    before = read_state(tmp_path)
     for refused_call in (
         lambda: check_output(out, [".png"]),
         lambda: check_folder(tmp_path, "a.png"),
         lambda: rt.render(rt.load(SCENE), (8, 8)).save(out),
-        lambda: written_whole(out).__enter__(),
+        lambda: write_atomically(out).__enter__(),
     ):
         with pytest.raises((rt.InputError, OSError)) as error:
             refused_call()
         assert message in str(error.value)
-    assert state_of(tmp_path) == before
+    assert read_state(tmp_path) == before
 
 
 @pytest.mark.parametrize(("command", "name"), COMMANDS, ids=lambda value: value if isinstance(value, str) else value[0])

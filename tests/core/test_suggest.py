@@ -7,7 +7,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.app.cli import main
-from raytracer.core.suggest import did_you_mean, nearest
+from raytracer.core.suggest import did_you_mean, find_nearest
 from raytracer.formats.image_files import load_radiance
 from raytracer.formats.scene_file import loads
 from raytracer.scene.materials.models import MODELS
@@ -26,14 +26,14 @@ from raytracer.scene.materials.models import MODELS
     ],
 )
 def test_a_misspelt_name_has_one_suggestion_and_an_unrelated_name_has_none(name: str, near: str | None) -> None:
-    assert nearest(name, MODELS) == near
+    assert find_nearest(name, MODELS) == near
     assert did_you_mean(name, MODELS) == (f'; did you mean "{near}"?' if near else "")
 
 
 def test_three_of_five_letters_in_common_are_too_few_for_a_suggestion() -> None:
-    assert nearest("name", ["camera"]) is None
+    assert find_nearest("name", ["camera"]) is None
     for name, near in (("asignment", "assignment"), ("sfot", "soft"), ("kdd", "kd"), ("fov", "vertical_fov")):
-        assert nearest(name, [near]) == near
+        assert find_nearest(name, [near]) == near
 
 
 GOOD = """\
@@ -140,4 +140,4 @@ def test_a_wrong_shading_has_the_same_message_everywhere(
 
 def test_many_and_long_names_are_compared_in_bounded_time() -> None:
     names = [f"{i:064d}" for i in range(200_000)]
-    assert nearest("x" * 64, names) is None
+    assert find_nearest("x" * 64, names) is None

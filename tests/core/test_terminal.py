@@ -136,20 +136,20 @@ def test_output_to_a_full_disk_is_status_1_with_one_line() -> None:
     assert (done.returncode, done.stderr) == (1, "raytracer: [Errno 28] No space left on device\n")
 
 
-def closed(arguments: str, stream: str) -> subprocess.CompletedProcess[str]:
+def run_closed(arguments: str, stream: str) -> subprocess.CompletedProcess[str]:
     """Run a command with one standard stream closed."""
     command = ["sh", "-c", f"exec '{sys.executable}' -m raytracer {arguments} {stream}"]
     return subprocess.run(command, cwd=scenes.CHECKOUT, capture_output=True, timeout=100, text=True)
 
 
 def test_errors_never_go_to_standard_output_if_standard_error_is_closed() -> None:
-    done = closed("compare nowhere.png nowhere.png", "2>&-")
+    done = run_closed("compare nowhere.png nowhere.png", "2>&-")
     assert (done.returncode, done.stdout) == (2, "")
 
 
 @pytest.mark.gl
 def test_a_table_is_dropped_if_standard_output_is_closed() -> None:
-    done = closed("doctor", ">&-")
+    done = run_closed("doctor", ">&-")
     assert (done.returncode, done.stderr) == (0, "")
 
 

@@ -13,7 +13,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.app.viewer.orbit import turn_camera, turn_light
-from raytracer.core.files import opened, read_bounded
+from raytracer.core.files import open_regular, read_bounded
 from raytracer.core.npz import read_arrays
 from raytracer.formats.instance_files import read_instances
 from raytracer.formats.scene_file import edit_positions, load, loads
@@ -63,7 +63,7 @@ def test_pipes_devices_and_folders_are_refused_at_once(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     for name in ("pipe", "zero", "terminal", "folder"):
         with pytest.raises(OSError, match=r"it is a folder, a pipe or a device|No such device"):
-            opened(tmp_path / name)
+            open_regular(tmp_path / name)
         with pytest.raises(OSError):
             read_bounded(tmp_path / name, 10, tmp_path)
     # The system states no size for this file, so only reading shows its length.

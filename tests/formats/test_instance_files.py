@@ -16,7 +16,7 @@ import pytest
 import raytracer as rt
 from raytracer.app.viewer.file_watcher import Files
 from raytracer.formats import companion_files, instance_csv
-from raytracer.formats.companion_files import copied, is_plain_name
+from raytracer.formats.companion_files import copy_files, is_plain_name
 from raytracer.formats.instance_files import READERS, read_instances
 
 BALL = rt.Sphere((0, 0, 0), 1)
@@ -215,12 +215,12 @@ def test_files_are_copied_all_or_none_and_never_over_other_files(tmp_path: Path)
     target = tmp_path / "there"
     target.mkdir()
     for folder in (target, target, tmp_path):
-        with copied(files, folder):
+        with copy_files(files, folder):
             pass
     assert all((target / file.name).read_bytes() == file.read_bytes() for file in files)
-    with copied(files, target), pytest.raises(KeyboardInterrupt):
+    with copy_files(files, target), pytest.raises(KeyboardInterrupt):
         (target / "b.csv").unlink()
-        with copied(files, target):
+        with copy_files(files, target):
             raise KeyboardInterrupt
     assert [file.name for file in target.iterdir()] == ["a.csv"], "a file that existed before stays"
 
@@ -229,9 +229,12 @@ def test_files_are_copied_all_or_none_and_never_over_other_files(tmp_path: Path)
     (target / "of_scene" / "c.csv").symlink_to(tmp_path / "secret")
     (target / "of_scene" / "d.csv").symlink_to("e.csv")
     (target / "of_scene" / "e.csv").write_text("x,y,z\n7,8,9\n")
-    with copied([target / "of_scene" / "d.csv"], target):
+    with copy_files([target / "of_scene" / "d.csv"], target):
         assert not (target / "d.csv").is_symlink() and "7,8,9" in (target / "d.csv").read_text()
-    with pytest.raises(RuntimeError, match="leads out of the folder"), copied([target / "of_scene" / "c.csv"], target):
+    with (
+        pytest.raises(RuntimeError, match="leads out of the folder"),
+        copy_files([target / "of_scene" / "c.csv"], target),
+    ):
         raise AssertionError
     assert not (target / "c.csv").exists()
 
@@ -246,7 +249,7 @@ def test_files_are_copied_all_or_none_and_never_over_other_files(tmp_path: Path)
         shutil.rmtree(target)
         target.mkdir()
         make_obstacle()
-        with pytest.raises(RuntimeError, match=r"a.csv: expected to be copied to "), copied(files, target):
+        with pytest.raises(RuntimeError, match=r"a.csv: expected to be copied to "), copy_files(files, target):
             raise AssertionError
         assert [file.name for file in target.iterdir()] == ["a.csv"] and not outside.exists()
 
@@ -255,13 +258,13 @@ def test_a_change_of_a_file_of_instances_is_noticed(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text('[instances.a]\nfile = "a.csv"\n[instances.b]\nfile = ["no name"]\n')
     files = Files(scene)
-    assert not files.changed()
+    assert not files.check_for_changes()
     load_csv(tmp_path, "x,y,z\n1,2,3\n")
-    assert files.changed() and not files.changed()
+    assert files.check_for_changes() and not files.check_for_changes()
     scene.write_text("[instances.a\n")  # half written
-    assert files.changed() and not files.changed()
+    assert files.check_for_changes() and not files.check_for_changes()
     load_csv(tmp_path, "x,y,z\n1,2,3\n4,5,6\n")
-    assert files.changed() and not files.changed()
+    assert files.check_for_changes() and not files.check_for_changes()
 
 
 def test_an_entry_in_the_table_adds_a_format_of_instances(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

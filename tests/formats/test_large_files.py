@@ -45,7 +45,7 @@ else:
 """
 
 
-def filled(piece: Callable[[int], str], head: str = "", tail: str = "") -> str:
+def fill_file(piece: Callable[[int], str], head: str = "", tail: str = "") -> str:
     """Return `piece(0)`, `piece(1)`, ... between `head` and `tail`, as many as fit into the largest scene file."""
     parts, room = [], MAX_BYTES - len(head) - len(tail)
     for i in itertools.count():
@@ -84,41 +84,50 @@ def planes() -> str:
 SCENES: dict[str, tuple[Callable[[], str], str]] = {
     "boxes": (boxes, "read: 14000 objects"),
     "planes": (planes, "read: 11000 objects"),
-    "lights": (lambda: filled(lambda i: "[[lights]]\nposition=[4,7,4]\n", OBJECT), "read: 1 objects, 1"),
-    "places": (lambda: filled(lambda i: "[0,0,0],", f"{OBJECT}[instances.o]\npositions=[", "]\n"), "read: 1 objects"),
-    "objects": (lambda: filled(lambda i: f"{i}='a'\n", f"{HEAD}{SHAPE}[objects]\n"), "read: "),
+    "lights": (lambda: fill_file(lambda i: "[[lights]]\nposition=[4,7,4]\n", OBJECT), "read: 1 objects, 1"),
+    "places": (
+        lambda: fill_file(lambda i: "[0,0,0],", f"{OBJECT}[instances.o]\npositions=[", "]\n"),
+        "read: 1 objects",
+    ),
+    "objects": (lambda: fill_file(lambda i: f"{i}='a'\n", f"{HEAD}{SHAPE}[objects]\n"), "read: "),
     # tomllib takes quadratic time for a key whose quoted parts hold an escaped quote every 28 parts.
     "escaped": (lambda: ".".join(['"\\"".' + ".".join("a" * 28)] * 800) + " = 1", "at most 32 parts"),
     "escaped header": (lambda: f"[{'.'.join(['a', chr(34) * 2, chr(39) * 2] * 20_000)}]\n", "at most 32 parts"),
     "inline": (lambda: "a = { b = 1, " + ' . "#\\"" '.join("a" * 20_000) + " = 1 }", "at most 32 parts"),
     "after strings": (lambda: 'a = """"\\""""""\nb = \'\'\'""""\'\'\'\n' + "a." * 70_000 + "a = 1", "at most 32 parts"),
-    "headers": (lambda: filled(lambda i: f"[{i}]\n"), "at most 262144 tables, got about"),
-    "deep headers": (lambda: filled(lambda i: f"[{i}{'.a' * 31}]\n"), "at most 262144 tables"),
-    "headers, keys": (lambda: filled(lambda i: f"[{i}]\na.a=1\n"), "at most 262144 tables"),
-    "dotted": (lambda: filled(lambda i: f"{i}{'.a' * 31}=1\n"), "at most 262144 tables"),
-    "long header": (lambda: filled(lambda i: f"{i}.a=1\n", f"[{'.'.join('b' * 32)}]\n"), "unknown key `b`"),
-    "tables": (lambda: filled(lambda i: f"{i}={{}}\n"), "at most 262144 tables"),
-    "brackets": (lambda: filled(lambda i: "[" * 200 + "]" * 200 + ",", "a=[", "]\n"), "at most 32 brackets"),
-    "braces": (lambda: filled(lambda i: "{a=" * 90 + "1" + "}" * 90 + ",", "a=[", "]\n"), "at most 32 brackets"),
-    "numbers": (lambda: filled(lambda i: "1,", "a=[", "]\n"), "unknown key `a`"),
-    "lists": (lambda: filled(lambda i: "[],", "a=[", "]\n"), "unknown key `a`"),
-    "digits": (lambda: filled(lambda i: "1" * 1000, "a = "), "numbers of thousands of digits"),
-    "hexadecimal": (lambda: filled(lambda i: "f" * 1000, "a = 0x"), "unknown key `a`"),
-    "fraction": (lambda: filled(lambda i: "1" * 1000, "a = 0."), "unknown key `a`"),
-    "a key": (lambda: filled(lambda i: "x" * 1000, OBJECT, "=1\n"), 'objects."xxx'),
-    "a string": (lambda: filled(lambda i: "x" * 1000, "a = '"), "expected TOML: "),
-    "a text": (lambda: filled(lambda i: "x" * 1000, 'a = """'), "expected TOML: "),
-    "a comment": (lambda: filled(lambda i: "x" * 1000, "a = 1 #"), "unknown key `a`"),
-    "quotes": (lambda: filled(lambda i: "\"'", "a = "), "expected TOML: "),
-    "backslashes": (lambda: filled(lambda i: "\\", 'a = """'), "expected TOML: "),
-    "a line": (lambda: filled(lambda i: "a.b ", f"{HEAD}{SHAPE}[objects]\no = 'b' #"), "expected the name of a shape"),
-    "no line": (lambda: filled(lambda i: "#\n", f"{HEAD}{SHAPE}[objects]\no = 'b'\n"), "expected the name of a shape"),
+    "headers": (lambda: fill_file(lambda i: f"[{i}]\n"), "at most 262144 tables, got about"),
+    "deep headers": (lambda: fill_file(lambda i: f"[{i}{'.a' * 31}]\n"), "at most 262144 tables"),
+    "headers, keys": (lambda: fill_file(lambda i: f"[{i}]\na.a=1\n"), "at most 262144 tables"),
+    "dotted": (lambda: fill_file(lambda i: f"{i}{'.a' * 31}=1\n"), "at most 262144 tables"),
+    "long header": (lambda: fill_file(lambda i: f"{i}.a=1\n", f"[{'.'.join('b' * 32)}]\n"), "unknown key `b`"),
+    "tables": (lambda: fill_file(lambda i: f"{i}={{}}\n"), "at most 262144 tables"),
+    "brackets": (lambda: fill_file(lambda i: "[" * 200 + "]" * 200 + ",", "a=[", "]\n"), "at most 32 brackets"),
+    "braces": (lambda: fill_file(lambda i: "{a=" * 90 + "1" + "}" * 90 + ",", "a=[", "]\n"), "at most 32 brackets"),
+    "numbers": (lambda: fill_file(lambda i: "1,", "a=[", "]\n"), "unknown key `a`"),
+    "lists": (lambda: fill_file(lambda i: "[],", "a=[", "]\n"), "unknown key `a`"),
+    "digits": (lambda: fill_file(lambda i: "1" * 1000, "a = "), "numbers of thousands of digits"),
+    "hexadecimal": (lambda: fill_file(lambda i: "f" * 1000, "a = 0x"), "unknown key `a`"),
+    "fraction": (lambda: fill_file(lambda i: "1" * 1000, "a = 0."), "unknown key `a`"),
+    "a key": (lambda: fill_file(lambda i: "x" * 1000, OBJECT, "=1\n"), 'objects."xxx'),
+    "a string": (lambda: fill_file(lambda i: "x" * 1000, "a = '"), "expected TOML: "),
+    "a text": (lambda: fill_file(lambda i: "x" * 1000, 'a = """'), "expected TOML: "),
+    "a comment": (lambda: fill_file(lambda i: "x" * 1000, "a = 1 #"), "unknown key `a`"),
+    "quotes": (lambda: fill_file(lambda i: "\"'", "a = "), "expected TOML: "),
+    "backslashes": (lambda: fill_file(lambda i: "\\", 'a = """'), "expected TOML: "),
+    "a line": (
+        lambda: fill_file(lambda i: "a.b ", f"{HEAD}{SHAPE}[objects]\no = 'b' #"),
+        "expected the name of a shape",
+    ),
+    "no line": (
+        lambda: fill_file(lambda i: "#\n", f"{HEAD}{SHAPE}[objects]\no = 'b'\n"),
+        "expected the name of a shape",
+    ),
     "expressions": (
-        lambda: filled(lambda i: f"o{i}='{'a|' * 1000}a'\n", f"{HEAD}{SHAPE}[objects]\n"),
+        lambda: fill_file(lambda i: f"o{i}='{'a|' * 1000}a'\n", f"{HEAD}{SHAPE}[objects]\n"),
         "at most 1048576 operators in all",
     ),
     "complements": (
-        lambda: filled(lambda i: f"o{i}='{('~' * 199 + 'a-') * 1000}a'\n", f"{HEAD}{SHAPE}[objects]\n"),
+        lambda: fill_file(lambda i: f"o{i}='{('~' * 199 + 'a-') * 1000}a'\n", f"{HEAD}{SHAPE}[objects]\n"),
         "at most 1048576 operators in all",
     ),
 }
@@ -175,7 +184,7 @@ print(loads(edit_positions(text, scene)) == scene)
 def test_the_lights_and_the_camera_of_the_largest_file_are_moved_within_bounds(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     lights = "[[lights]]\nposition = [4, 7, 4] # here\n" * 2000
-    path.write_text(filled(lambda i: f"# [camera] {i}\n", f"{OBJECT}{lights}"))
+    path.write_text(fill_file(lambda i: f"# [camera] {i}\n", f"{OBJECT}{lights}"))
     command = [sys.executable, "-c", MOVE, str(path), str(MEBIBYTES)]
     ended = subprocess.run(command, cwd=scenes.CHECKOUT, capture_output=True, text=True, timeout=SECONDS)
     assert ended.stdout == "True\n", ended.stderr

@@ -220,7 +220,7 @@ def test_the_settings_of_a_file_are_not_part_of_its_scene(tmp_path: Path) -> Non
             read(file)
 
 
-def status_of(path: Path, *options: str) -> tuple[int, str]:
+def render_status(path: Path, *options: str) -> tuple[int, str]:
     """Render `path`; return the exit status and standard error."""
     errors = io.StringIO()
     with contextlib.redirect_stderr(errors):
@@ -233,7 +233,7 @@ def test_an_invalid_scene_file_is_refused_in_one_line(tmp_path: Path, old: str, 
     assert old in GOOD
     path = tmp_path / "scene.toml"
     path.write_text(GOOD.replace(old, new, 1))
-    status, errors = status_of(path)
+    status, errors = render_status(path)
     assert status == 2
     match = re.match(rf"raytracer: {path}:(\d*):? ", errors)
     assert match and errors.count("\n") == 1 and len(errors) < 400
@@ -248,30 +248,30 @@ def test_an_invalid_scene_file_is_refused_in_one_line(tmp_path: Path, old: str, 
 def test_a_scene_beyond_the_limits_of_the_driver_or_the_evaluator_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(GOOD + "[[lights]]\nposition = [1, 2, 3]\n" * 5000)
-    status, errors = status_of(path)
+    status, errors = render_status(path)
     assert status == 2 and "lights (this driver's uniform block), got 5001" in errors
     path.write_text(GOOD.replace('"a - b"', '"a' + " - a" * 30 + '"'))
-    status, errors = status_of(path, "--evaluator", "roth")
+    status, errors = render_status(path, "--evaluator", "roth")
     assert status == 2 and "loops for roth" in errors and "the other evaluators have no such limit" in errors
     path.write_text(GOOD.replace('"a - b"', '"a - b' + " | a" * 511 + '"'))
     for option in (("--evaluator", "walk"), ("--precision", "64")):
-        status, errors = status_of(path, *option)
+        status, errors = render_status(path, *option)
         assert status == 2 and "expected at most 512 primitives for" in errors and "got 513" in errors
-    assert status_of(path)[0] == 0
+    assert render_status(path)[0] == 0
 
 
 @pytest.mark.parametrize("data", [b"\xff\xfe", b"\x00" * 100, b""])
 def test_bytes_that_are_not_a_scene_are_refused(tmp_path: Path, data: bytes) -> None:
     path = tmp_path / "scene.toml"
     path.write_bytes(data)
-    status, errors = status_of(path)
+    status, errors = render_status(path)
     assert status == 2 and errors.count("\n") == 1
 
 
 def test_a_control_character_in_a_name_does_not_reach_the_terminal(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(GOOD.replace("[shapes.a]", '[shapes."\\u001b[2J\\n"]'))
-    status, errors = status_of(path)
+    status, errors = render_status(path)
     assert status == 2 and errors.count("\n") == 1 and "\x1b" not in errors
 
 
@@ -298,7 +298,7 @@ def test_two_thousand_mutated_scene_files_end_in_status_0_or_2(tmp_path: Path) -
         path.write_text("".join(characters), encoding="utf-8", errors="replace")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            status, errors = status_of(path)
+            status, errors = render_status(path)
         assert status in (0, 2), errors
         picture = path.with_suffix(".png")
         assert picture.exists() == (status == 0)

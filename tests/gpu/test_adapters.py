@@ -15,7 +15,7 @@ import pytest
 import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.gpu import adapters, context, context_report
-from raytracer.gpu.adapters import open_adapter, wanted_adapter
+from raytracer.gpu.adapters import choose_adapter, open_adapter
 from raytracer.gpu.context import choose_backend
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import Renderer
@@ -90,7 +90,7 @@ def test_the_requested_device_is_current_and_no_other_device_stays_open(
     monkeypatch: pytest.MonkeyPatch, names: list[Any], device: Any, expected: tuple[str, str], opens: int
 ) -> None:
     opened = machine(monkeypatch, *names)
-    context: Any = open_adapter(wanted_adapter(device))
+    context: Any = open_adapter(choose_adapter(device))
     assert (context.info["GL_RENDERER"], context.info["GL_VENDOR"]) == expected
     assert FakeContext.current is context
     assert [other for other in opened if not other.released] == [context]
@@ -103,7 +103,7 @@ def test_the_error_about_a_missing_device_lists_the_existing_devices(
 ) -> None:
     opened = machine(monkeypatch, LLVMPIPE, BROKEN)
     with pytest.raises(rt.InputError, match=r"^device: expected .* 0 \(llvmpipe .*\); 1 \(eglInit.*\); got ") as error:
-        open_adapter(wanted_adapter(device))
+        open_adapter(choose_adapter(device))
     assert str(error.value).endswith(repr(device)) and "\n" not in str(error.value)
     assert all(context.released for context in opened)
 
@@ -131,7 +131,7 @@ def test_the_error_about_a_device_that_does_not_open_states_the_reason(monkeypat
 @pytest.mark.parametrize("device", [-1, True, 1.5, "", "  ", [0], np.bool_(True)])
 def test_a_value_that_names_no_device_is_refused(device: Any) -> None:
     with pytest.raises(rt.InputError, match=r"^device: expected the index of an EGL device, or a part of its name"):
-        wanted_adapter(device)
+        choose_adapter(device)
 
 
 def test_the_argument_overrides_the_variable_and_both_apply_to_egl_only(monkeypatch: pytest.MonkeyPatch) -> None:

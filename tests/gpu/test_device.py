@@ -23,7 +23,7 @@ SIZE = (32, 18)
 RED_HALF = "out vec4 color;\nvoid main() { color = vec4(0.5, 0.0, 0.0, 1.0); }\n"
 
 
-def drawn_twice(device: Device) -> list[float]:
+def draw_twice(device: Device) -> list[float]:
     """Draw 0.5 twice, and return a pixel's red after each draw. The context must be current."""
     program = device.program(assemble("half", None, {"half": RED_HALF}))
     context = device.context
@@ -45,8 +45,8 @@ def test_a_block_has_its_own_state_and_later_draws_have_the_default_state(render
     device = renderer.device
     with device.turn():
         with device.state(blending=ADD):
-            assert drawn_twice(device) == [0.5, 1.0]
-        assert drawn_twice(device) == [0.5, 0.5]
+            assert draw_twice(device) == [0.5, 1.0]
+        assert draw_twice(device) == [0.5, 0.5]
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
@@ -55,7 +55,7 @@ def test_an_interrupted_block_leaves_no_state_behind(renderer: Renderer, error: 
     with device.turn():
         with pytest.raises(error), device.state(blending=ADD, depth_test=True):
             raise error
-        assert drawn_twice(device) == [0.5, 0.5]
+        assert draw_twice(device) == [0.5, 0.5]
 
 
 def test_a_turn_begins_with_the_default_state_after_any_other_state(renderer: Renderer) -> None:
@@ -64,7 +64,7 @@ def test_a_turn_begins_with_the_default_state_after_any_other_state(renderer: Re
         device.context.enable(moderngl.BLEND | moderngl.DEPTH_TEST)
         device.context.blend_func = moderngl.ONE, moderngl.ONE
     with device.turn():
-        assert drawn_twice(device) == [0.5, 0.5]
+        assert draw_twice(device) == [0.5, 0.5]
 
 
 def test_a_window_that_rereads_its_shaders_keeps_the_programs_of_another_window(renderer: Renderer) -> None:

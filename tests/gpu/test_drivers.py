@@ -20,7 +20,7 @@ from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import compiled
-from tests.processes import output_of
+from tests.processes import run_for_output
 
 pytestmark = pytest.mark.gl
 
@@ -40,7 +40,7 @@ def test_softpipe_draws_the_same_pictures(renderer: Renderer, tmp_path: Path) ->
         pytest.skip("another driver than Mesa's")
     code = f"{SCENE}\nfor n, s in dict(few=few, many=many).items(): rt.render(s, {SIZE}).save(f'{tmp_path}/{{n}}.npz')"
     environment = os.environ | {"GALLIUM_DRIVER": "softpipe", "RAYTRACER_BACKEND": "egl"}
-    output_of(sys.executable, "-c", code, env=environment)
+    run_for_output(sys.executable, "-c", code, env=environment)
     namespace: dict[str, rt.Scene] = {}
     exec(SCENE, namespace)
     for name in ("few", "many"):

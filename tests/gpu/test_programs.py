@@ -27,7 +27,7 @@ def scene_with(spheres: int) -> rt.Scene:
     return scenes.lit_scene(*(rt.Sphere((i, 0, 0), 0.7) for i in range(spheres)))
 
 
-def kept(renderer: Renderer) -> int:
+def count_cached_text(renderer: Renderer) -> int:
     """Return the characters of all cached programs, without the text that all programs share."""
     return sum(max(len(vertex) + len(text) - device._COMMON_TEXT, 0) for vertex, text in renderer.device._programs)
 
@@ -49,7 +49,7 @@ def test_many_scenes_keep_programs_within_the_limit(renderer: Renderer, monkeypa
         made |= {id(program): program for program in own.device._programs.values()}
         new = [key for key, program in own.device._programs.items() if before.get(key) is not program]
         newest = sum(len(vertex) + len(text) for vertex, text in new)
-        assert kept(own) <= FEW + newest
+        assert count_cached_text(own) <= FEW + newest
     assert not newest, "the programs of the last scene are kept"
     assert len(made) > 2 * len(own.device._programs)
     alive = {id(program) for program in own.device._programs.values()}

@@ -15,7 +15,7 @@ from raytracer import glsl
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.threads import in_threads
+from tests.threads import run_in_threads
 
 SIZE = (48, 27)
 SETTINGS = Settings(samples=2)
@@ -41,7 +41,7 @@ def test_concurrent_threads_get_the_same_pictures_as_one_thread(renderer: Render
     def others() -> list[object]:
         return [(rt.brdf.evaluate(material, wi, wo), glsl.call("isInside", [[0, 1]], 0.5)) for _ in range(8)]
 
-    *pictures, values = in_threads(*(lambda k=k: images(k) for k in range(3)), others)
+    *pictures, values = run_in_threads(*(lambda k=k: images(k) for k in range(3)), others)
     for k, several in enumerate(pictures):
         assert isinstance(several, list), several
         for image in several:
@@ -61,7 +61,7 @@ def test_an_interrupted_picture_gives_up_its_turn(renderer: Renderer, error: typ
 
     with pytest.raises(error):
         renderer.render(scene_number(1), SIZE, SETTINGS, progress=interrupt)
-    [image] = in_threads(lambda: renderer.render(scene_number(1), SIZE, SETTINGS))
+    [image] = run_in_threads(lambda: renderer.render(scene_number(1), SIZE, SETTINGS))
     assert isinstance(image, rt.Image), image
     np.testing.assert_array_equal(image.radiance, expected)
     np.testing.assert_array_equal(renderer.render(scene_number(1), SIZE, SETTINGS).radiance, expected)

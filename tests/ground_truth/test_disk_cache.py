@@ -22,7 +22,7 @@ from raytracer.ground_truth.job import TOLERANCE, Job, make_job
 from raytracer.scene.materials.merl import SHAPE, Measured
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.processes import output_of
+from tests.processes import run_for_output
 
 SHINING = rt.Material("lambert", rho=0, le=1)
 SIZE = (48, 32)
@@ -45,19 +45,19 @@ def edge(angle: float = 0.3, offset: float = 0.2) -> rt.Scene:
     return rt.Scene([rt.Plane((0, 0, 1), 0, SHINING) & side], [], camera, background=(0, 0, 0))
 
 
-def name_of(scene: rt.Scene, **settings: Any) -> str:
+def cache_name(scene: rt.Scene, **settings: Any) -> str:
     size, samples = settings.pop("size", SIZE), settings.pop("samples", 16)
-    return disk_cache.path_of(job_of(scene, size, samples, **settings)).name
+    return disk_cache.cache_path(make_test_job(scene, size, samples, **settings)).name
 
 
-def job_of(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 16, **settings: Any) -> Job:
+def make_test_job(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 16, **settings: Any) -> Job:
     return make_job(scene, size, Settings(**settings), samples, TOLERANCE)
 
 
 def test_a_cached_picture_is_not_traced_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = edge()
     first = trace_converged(scene, SIZE, samples=16)
-    assert [file.name for file in folder.iterdir()] == [name_of(scene)]
+    assert [file.name for file in folder.iterdir()] == [cache_name(scene)]
     with monkeypatch.context() as patch:
         patch.setattr(module, "_trace", None)
         renamed = msgspec.structs.replace(scene, name="another name")
@@ -86,13 +86,13 @@ def test_the_least_recently_used_files_are_deleted(folder: Path, monkeypatch: py
     names = {}
     for k, samples in enumerate((16, 32, 64)):
         trace_converged(edge(), SIZE, samples=samples)
-        names[samples] = name_of(edge(), samples=samples)
+        names[samples] = cache_name(edge(), samples=samples)
         os.utime(folder / names[samples], (k, k))
     size = (folder / names[16]).stat().st_size
     trace_converged(edge(), SIZE, samples=16)  # a read, so that this file is no longer the least recently used
     monkeypatch.setattr(disk_cache, "MOST_BYTES", 2.5 * size)
     trace_converged(edge(), SIZE, samples=128)
-    assert {file.name for file in folder.iterdir()} == {names[16], name_of(edge(), samples=128)}
+    assert {file.name for file in folder.iterdir()} == {names[16], cache_name(edge(), samples=128)}
 
 
 def test_a_file_with_impossible_arrays_is_replaced(folder: Path) -> None:
@@ -123,7 +123,7 @@ def test_a_file_with_impossible_arrays_is_replaced(folder: Path) -> None:
     damaged += [{key: array for key, array in arrays.items() if key != name} for name in arrays]
     for wrong in damaged:
         np.savez(file, **wrong)
-        assert disk_cache.read(file, job_of(scene)) is None
+        assert disk_cache.read(file, make_test_job(scene)) is None
     np.savez(file, **damaged[0])
     np.testing.assert_array_equal(trace_converged(scene, SIZE, samples=16).radiance, first.radiance)
     assert file.read_bytes() == right
@@ -144,7 +144,7 @@ def test_pipes_links_and_folders_in_the_cache_are_not_read(tmp_path: Path, folde
     )
     for make in makers:
         make()
-        assert disk_cache.read(file, job_of(scene)) is None
+        assert disk_cache.read(file, make_test_job(scene)) is None
         np.testing.assert_array_equal(trace_converged(scene, SIZE, samples=16).radiance, first.radiance)
         assert not file.is_symlink() and file.is_file()
         file.unlink()
@@ -161,10 +161,10 @@ def test_the_cache_key_covers_all_source_files_that_tracing_needs() -> None:
         "trace_converged(rt.load('materials'), (4, 3), settings, samples=16, workers=1, cache=False)\n"
         "print(*(m.__file__ for n, m in sys.modules.items() if n.partition('.')[0] == 'raytracer'), sep='\\n')"
     )
-    output = output_of(sys.executable, "-c", script, cwd=scenes.CHECKOUT)
+    output = run_for_output(sys.executable, "-c", script, cwd=scenes.CHECKOUT)
     needed = {Path(line) for line in output.splitlines()}
     package = Path(rt.__file__).parent
-    assert len(needed) > 20 and needed <= {package / name for name, _ in disk_cache._sources()}
+    assert len(needed) > 20 and needed <= {package / name for name, _ in disk_cache._hash_sources()}
 
 
 @pytest.mark.parametrize(
@@ -189,9 +189,9 @@ def test_an_edit_invalidates_pictures_only_in_files_that_may_change_them(
     package = tmp_path / "raytracer"
     shutil.copytree(Path(rt.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(disk_cache, "_ROOT", package)
-    before = name_of(edge())
+    before = cache_name(edge())
     (package / file).write_text((package / file).read_text() + "# edited\n")
-    assert (name_of(edge()) == before) is is_kept
+    assert (cache_name(edge()) == before) is is_kept
 
 
 def test_a_read_only_cache_folder_is_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -229,11 +229,11 @@ def test_everything_that_affects_the_result_is_in_the_file_name(monkeypatch: pyt
         rt.Scene([rt.Sphere((0, 0, 0), 1, measured(0.1))], [light], camera),
         rt.Scene([rt.Sphere((0, 0, 0), 1, measured(0.2))], [light], camera),
     ]
-    names = [name_of(other) for other in others]
+    names = [cache_name(other) for other in others]
     options = ({"size": (32, 48)}, {"samples": 32}, {"shading": "phong"}, {"shadows": "soft"}, {"bounces": 0})
-    names += [name_of(scene, **option) for option in options]
+    names += [cache_name(scene, **option) for option in options]
     monkeypatch.setattr(disk_cache, "_PACKAGES", ())
-    names.append(name_of(scene))
+    names.append(cache_name(scene))
     assert len({*names}) == len(names)
 
 

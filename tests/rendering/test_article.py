@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from raytracer.analysis.reflectance.properties import facets, measure_material, unit_direction
-from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, facing, polar
+from raytracer.analysis.reflectance.properties import measure_facets, measure_material, unit_direction
+from raytracer.analysis.reflectance.quadrature import NORMAL, Fineness, facing_rule, polar_rule
 from raytracer.rendering.brdf import call, evaluate
 from raytracer.scene.materials.material import Material
 
@@ -42,7 +42,7 @@ def test_ii_and_vi_visible_facets_have_the_projected_area(material: Material) ->
     cos(theta_o) = int G1(wo, m) <wo.m> D(m) dm."""
     for degrees in VIEWS:
         wo = unit_direction(degrees)
-        m, weights = facing(wo, FINE)
+        m, weights = facing_rule(wo, FINE)
         seen = weights @ (G1(material, wo[2]) * (m @ wo) * D(material, m))
         assert seen == pytest.approx(wo[2], rel=1e-4)
 
@@ -51,7 +51,7 @@ def test_ii_and_vi_visible_facets_have_the_projected_area(material: Material) ->
 def test_ii_all_facets_are_visible_straight_from_above() -> None:
     """(ii) for theta_o = 0, where nothing is masked: int D(m) <n.m> dm = 1."""
     for material in FACETS:
-        m, weights = facing(NORMAL, FINE)
+        m, weights = facing_rule(NORMAL, FINE)
         assert G1(material, 1.0) == pytest.approx(1.0, abs=1e-6)
         assert weights @ (D(material, m) * m[:, 2]) == pytest.approx(1.0, rel=1e-4)
 
@@ -62,7 +62,7 @@ def test_iv_facets_have_more_area_than_the_surface() -> None:
 
     It is at least 1, the area of the surface, and grows with roughness.
     """
-    m, weights = facing(NORMAL, FINE)
+    m, weights = facing_rule(NORMAL, FINE)
     areas = [float(weights @ D(Material("beckmann", alpha=alpha), m)) for alpha in (1e-3, 0.1, 0.3, 1.0)]
     assert areas[0] == pytest.approx(1.0, abs=1e-4) and areas == sorted(areas)
     # With Gaussian slopes the area is the mean of sqrt(1 + s^2), where s^2 is exponential with the mean alpha^2.
@@ -80,7 +80,7 @@ def test_ix_visible_normals_are_a_distribution() -> None:
     for material in FACETS:
         for degrees in VIEWS:
             wo = unit_direction(degrees)
-            m, weights = facing(wo, FINE)
+            m, weights = facing_rule(wo, FINE)
             visible = G1(material, wo[2]) * D(material, m) * (m @ wo) / wo[2]
             assert (visible >= 0.0).all() and weights @ visible == pytest.approx(1.0, rel=1e-4)
             if material.alpha < 0.1:
@@ -91,7 +91,7 @@ def test_ix_visible_normals_are_a_distribution() -> None:
 @pytest.mark.parametrize("material", FACETS, ids=repr)
 def test_the_weak_white_furnace_is_white(material: Material) -> None:
     """(vi) integrated over light directions, by the Jacobian (xx): int G1 D / (4 cos(theta_o)) dwi = 1 (Heitz 2014)."""
-    measured = facets(material)
+    measured = measure_facets(material)
     assert measured.error < 1e-4 and measured.furnace < 1e-3 and measured.normals < 1e-4
 
 
@@ -179,7 +179,7 @@ def test_a_lambertian_brdf_of_one_over_pi_reflects_all_light() -> None:
 
     By (dw), a solid angle is dw = sin(theta) dphi dtheta.
     """
-    wo, weights = polar(NORMAL, FINE)
+    wo, weights = polar_rule(NORMAL, FINE)
     assert weights @ wo[:, 2] == pytest.approx(math.pi, rel=1e-6)
     wi = unit_direction(40.0)
     f = evaluate(Material("lambert", rho=1.0), wi, wo) / wi[2]

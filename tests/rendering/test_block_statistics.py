@@ -9,7 +9,7 @@ import pytest
 
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.rendering.block_measurements import BlockMeasurements
-from raytracer.rendering.estimator import FACTOR, empty_statistics, updated_statistics
+from raytracer.rendering.estimator import FACTOR, empty_statistics, update_statistics
 from raytracer.rendering.renderer import Renderer
 
 ALL = np.ones((4, 4), bool)
@@ -21,7 +21,7 @@ def movement_and_most(moved: float, most: float) -> np.ndarray:
 
 
 def test_the_error_follows_the_last_movement_and_falls_like_independent_samples() -> None:
-    statistics = updated_statistics(empty_statistics((4, 4)), 8, movement_and_most(48.0, 1.0), ALL)
+    statistics = update_statistics(empty_statistics((4, 4)), 8, movement_and_most(48.0, 1.0), ALL)
     for n in (8, 16):
         samples = np.full((4, 4), n, np.int32)
         np.testing.assert_allclose(statistics.squared_errors(samples), FACTOR * 48.0 * 8 / n)
@@ -30,10 +30,10 @@ def test_the_error_follows_the_last_movement_and_falls_like_independent_samples(
 
 
 def test_a_look_keeps_earlier_statistics_and_inactive_blocks() -> None:
-    first = updated_statistics(empty_statistics((4, 4)), 4, movement_and_most(1.0, 3.0), ALL)
+    first = update_statistics(empty_statistics((4, 4)), 4, movement_and_most(1.0, 3.0), ALL)
     active = ALL.copy()
     active[0] = False
-    second = updated_statistics(first, 8, movement_and_most(5.0, 7.0), active)
+    second = update_statistics(first, 8, movement_and_most(5.0, 7.0), active)
     assert np.unique(first.at).tolist() == [4] and np.unique(first.moved).tolist() == [1.0]
     for field, old, new in (("at", 4, 8), ("moved", 1, 5), ("most", 3, 7)):
         values = getattr(second, field)
@@ -43,14 +43,14 @@ def test_a_look_keeps_earlier_statistics_and_inactive_blocks() -> None:
 def test_the_estimate_of_a_part_has_its_worst_place() -> None:
     measurements = movement_and_most(1.0, 1.0)
     measurements[3, 1] = 4.0, 4.0
-    statistics = updated_statistics(empty_statistics((4, 4)), 8, measurements, ALL)
+    statistics = update_statistics(empty_statistics((4, 4)), 8, measurements, ALL)
     estimate = statistics.estimate(np.full((4, 4), 8, np.int32), WHOLE, (16, 16), 8.0, 1.5, None)
     assert estimate.rmse == pytest.approx(math.sqrt(19.0 * FACTOR / (3 * 256))) and not estimate.uncertain
     assert estimate.worst_at == (4 + 2, 15 - (12 + 2)) and estimate.worst == pytest.approx(
         3.0 * math.sqrt(4.0 * FACTOR / 3.0)
     )
     measurements[3, 1] = 400.0, 4.0
-    few = updated_statistics(empty_statistics((4, 4)), 8, measurements, ALL)
+    few = update_statistics(empty_statistics((4, 4)), 8, measurements, ALL)
     estimate = few.estimate(np.full((4, 4), 8, np.int32), WHOLE, (16, 16), 8.0, 1.5, 1e9)
     assert estimate.uncertain and estimate.reached is False
     assert estimate.rmse == pytest.approx(math.sqrt(415.0 * FACTOR / (3 * 256)) / 2.0)

@@ -14,7 +14,7 @@ from raytracer.ground_truth import microfacets, ray_tracer, reflectance
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.materials.models import MODELS, Parameter
 from raytracer.scene.settings import Settings
-from tests.directions import extremes, pairs
+from tests.directions import direction_pairs, extreme_pairs
 
 pytestmark = pytest.mark.gl
 
@@ -57,7 +57,7 @@ MATERIALS = [
 def test_each_model_agrees_with_float64_to_1e_4_and_in_the_median_to_1e_6(
     renderer: Renderer, material: rt.Material
 ) -> None:
-    wi, wo = pairs()
+    wi, wo = direction_pairs()
     values = rt.brdf.evaluate(material, wi, wo, device=renderer.device)
     up = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
     expected = reflectance.reflected(material, up, wi.astype(float), wo.astype(float))
@@ -81,7 +81,7 @@ def ends(parameter: Parameter) -> list[object]:
 
 @pytest.mark.parametrize("model", [m for m in MODELS if m != "merl"])
 def test_nothing_is_nan_infinite_or_negative_at_any_extreme(renderer: Renderer, model: str) -> None:
-    wi, wo = extremes()
+    wi, wo = extreme_pairs()
     for parameter in MODELS[model].parameters.values():
         for value in ends(parameter):
             parameters: dict[str, Any] = {parameter.name: value} | (
@@ -140,7 +140,7 @@ def test_ggxs_distribution_is_exact_to_1e_3_for_any_normal(renderer: Renderer, a
 
 @pytest.mark.parametrize("sigma0", [0.0625, 0.1875, 0.5, 2.0])
 def test_the_error_of_hes_sum_falls_with_its_terms(renderer: Renderer, sigma0: float) -> None:
-    wi, wo = pairs(2000, least=0.05)
+    wi, wo = direction_pairs(2000, least=0.05)
     up = np.broadcast_to((0.0, 0.0, 1.0), wi.shape)
     wave = (0.625, 0.5625, 0.4375)
     material = rt.Material("he", sigma0=sigma0, wavelength=wave)

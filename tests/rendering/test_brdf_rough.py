@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from raytracer import brdf, glsl
 from raytracer.compiler.glsl import materials
-from raytracer.compiler.material_layout import make_layout, struct
+from raytracer.compiler.material_layout import make_layout, pack_struct
 from raytracer.ground_truth import rough_surfaces
 from raytracer.ground_truth.reflectance import reflected
 from raytracer.scene.materials.lobe import Lobe
@@ -137,7 +137,7 @@ def call(function: str, m: Material, *arguments: Any) -> Any:
         "materials.glsl": materials.material_text(layout),
         "top.glsl": "\n".join(['#include "materials.glsl"', *materials.reflected_text(layout)]),
     }
-    data = struct(layout, m, glsl.struct_dtype("Material", "top.glsl", generated))
+    data = pack_struct(layout, m, glsl.struct_dtype("Material", "top.glsl", generated))
     passed = [data if isinstance(argument, str) else argument for argument in arguments]
     return glsl.call(function, *passed, generated=generated, file="top.glsl")
 

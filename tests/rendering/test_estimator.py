@@ -20,7 +20,7 @@ from raytracer.scene.options import Shadows
 from raytracer.scene.sequences import sample_points
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.edges import SIZE, lines
+from tests.edges import SIZE, random_strips
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def samples(count: int) -> Array:
 
 @pytest.mark.parametrize("thickness", [0.02, 0.1, 0.3, 2.0])
 def test_the_last_movement_estimates_the_error_of_edges_and_lines_within_30_percent(thickness: float) -> None:
-    inside, exact = lines(np.random.default_rng(1), thickness)
+    inside, exact = random_strips(np.random.default_rng(1), thickness)
     points = samples(64)
     for n in (2, 4, 8, 16, 32, 64):
         hit = inside(points[:n])
@@ -67,7 +67,7 @@ def rms(difference: Array) -> float:
     return float(np.sqrt(np.mean(difference**2)))
 
 
-def converged(renderer: Renderer, scene: rt.Scene, shadows: Shadows = "hard") -> Array:
+def render_converged(renderer: Renderer, scene: rt.Scene, shadows: Shadows = "hard") -> Array:
     """Return the converged radiance of a scene, from samples that are independent of the error estimate."""
     settings = Settings(samples=256, shadows=shadows, sequence="r2")
     return renderer.render(scene, (320, 180), settings, geometry=False, estimates=False).radiance.astype(float)
@@ -77,7 +77,7 @@ def converged(renderer: Renderer, scene: rt.Scene, shadows: Shadows = "hard") ->
 @pytest.mark.parametrize("shadows", ["hard", "soft"])
 def test_the_estimate_is_within_25_percent_of_the_true_error(renderer: Renderer, shadows: Shadows) -> None:
     scene = scenes.with_light_radii(scenes.assignment(), 0.5)
-    truth = converged(renderer, scene, shadows)
+    truth = render_converged(renderer, scene, shadows)
     for samples in (4, 8, 16, 24, 32):
         image = renderer.render(scene, (320, 180), Settings(samples=samples, shadows=shadows))
         assert image.estimate and image.estimate.rmse and image.error is not None
@@ -102,7 +102,7 @@ def test_the_float64_reference_agrees_on_the_error(renderer: Renderer) -> None:
 @pytest.mark.parametrize("seed", [3, 7])
 def test_the_true_error_is_at_most_the_requested_error(renderer: Renderer, seed: int) -> None:
     scene = scenes.random_scene(seed)
-    truth = converged(renderer, scene)
+    truth = render_converged(renderer, scene)
     for error in (0.01, 0.003):
         image = renderer.render(scene, (320, 180), Settings(samples=4096, max_error=error))
         assert image.estimate and image.estimate.rmse and image.estimate.rmse <= error

@@ -24,7 +24,7 @@ from raytracer.rendering import geometry
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.threads import in_threads
+from tests.threads import run_in_threads
 
 pytestmark = pytest.mark.gl
 
@@ -155,7 +155,7 @@ def test_threads_get_the_same_geometry_while_another_thread_renders(
     renderer: Renderer, expected: list[np.ndarray]
 ) -> None:
     images = [picture(renderer) for _ in range(6)]
-    *results, others = in_threads(
+    *results, others = run_in_threads(
         *(lambda image=image: arrays(image) for image in images),
         lambda: [picture(renderer, scenes.assignment()) for _ in range(4)],
     )
@@ -167,7 +167,7 @@ def test_threads_get_the_same_geometry_while_another_thread_renders(
 
 def test_concurrent_accesses_draw_the_geometry_once(renderer: Renderer, drawn: list[geometry.GeometryRequest]) -> None:
     image = picture(renderer)
-    depths = in_threads(*[lambda: image.depth] * 8)
+    depths = run_in_threads(*[lambda: image.depth] * 8)
     assert len(drawn) == 1
     assert all(depth is image.depth for depth in depths)
 
@@ -203,7 +203,9 @@ def test_a_callback_gets_the_geometry_that_another_thread_waits_to_draw(
         threading.Event().wait(0.1)
         assert_same(arrays(image), expected)
 
-    waited, other = in_threads(wait_for_turn, lambda: picture(renderer, scenes.assignment(), Settings(), progress=ask))
+    waited, other = run_in_threads(
+        wait_for_turn, lambda: picture(renderer, scenes.assignment(), Settings(), progress=ask)
+    )
     assert isinstance(other, rt.Image), other
     assert isinstance(waited, list), waited
     assert_same(waited, expected)

@@ -33,7 +33,7 @@ CROWD = scenes.lit_scene(
 )
 
 
-def moved(scene: rt.Scene, x: float) -> rt.Scene:
+def move_light(scene: rt.Scene, x: float) -> rt.Scene:
     """Return the scene with its first light at another place."""
     first, *others = scene.lights
     return msgspec.structs.replace(scene, lights=[msgspec.structs.replace(first, position=(x, 7.0, 4.0)), *others])
@@ -44,7 +44,7 @@ def own(renderer: Renderer) -> Renderer:
     return Renderer(Device(renderer.device.context))
 
 
-def drawn(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> np.ndarray:
+def draw_radiance(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: Settings) -> np.ndarray:
     return renderer.render(scene, size, settings, geometry=False).radiance
 
 
@@ -52,7 +52,7 @@ def drawn(renderer: Renderer, scene: rt.Scene, size: tuple[int, int], settings: 
 def test_the_same_scene_is_drawn_again_without_preparations(
     own: Renderer, monkeypatch: pytest.MonkeyPatch, scene: rt.Scene
 ) -> None:
-    before = [drawn(own, scene, SIZE, Settings(samples=samples)) for samples in (16, 1, 5)]
+    before = [draw_radiance(own, scene, SIZE, Settings(samples=samples)) for samples in (16, 1, 5)]
     for module, name in (
         (renderer_module, "make_frame"),
         (renderer_module, "picture_programs"),
@@ -62,15 +62,15 @@ def test_the_same_scene_is_drawn_again_without_preparations(
     ):
         monkeypatch.setattr(module, name, lambda *_, name=name, **__: pytest.fail(name))
     for samples, radiance in zip((16, 1, 5), before, strict=True):
-        np.testing.assert_array_equal(drawn(own, scene, SIZE, Settings(samples=samples)), radiance)
+        np.testing.assert_array_equal(draw_radiance(own, scene, SIZE, Settings(samples=samples)), radiance)
 
 
 def test_only_changed_parts_are_prepared_again(own: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn(own, CROWD, SIZE, Settings())
+    draw_radiance(own, CROWD, SIZE, Settings())
     monkeypatch.setattr(renderer_module, "picture_programs", lambda *_, **__: pytest.fail("texts"))
     assert own._kept
     frame = own._kept.frame
-    drawn(own, moved(CROWD, 2.0), SIZE, Settings())
+    draw_radiance(own, move_light(CROWD, 2.0), SIZE, Settings())
     after = own._kept.frame
     assert after.surfaces is frame.surfaces and after.materials is frame.materials and after.view is frame.view
     assert after.lights is not frame.lights
@@ -83,7 +83,7 @@ def test_any_sequence_of_pictures_equals_the_pictures_of_new_renderers(own: Rend
     )
     every = [scenes.assignment(), CROWD, two_lights]
     for step in range(40):
-        scene = moved(every[rng.integers(3)], float(rng.choice([-2.0, 4.0])))
+        scene = move_light(every[rng.integers(3)], float(rng.choice([-2.0, 4.0])))
         size = [SIZE, (48, 32), (100, 30)][rng.integers(3)]
         settings = Settings(samples=int(rng.choice([1, 2, 4, 9, 16])), shadows=rng.choice(["off", "hard"]).item())
         if rng.random() < 0.3:
@@ -101,15 +101,15 @@ def test_any_sequence_of_pictures_equals_the_pictures_of_new_renderers(own: Rend
 def test_renderers_that_share_programs_do_not_mix_up_their_scenes(own: Renderer) -> None:
     dark = msgspec.structs.replace(scenes.assignment(), ambient=(0, 0, 0), background=(0.9, 0.1, 0.2))
     other = Renderer(own.device)
-    light = drawn(own, scenes.assignment(), SIZE, Settings())
-    red = drawn(other, dark, SIZE, Settings())
+    light = draw_radiance(own, scenes.assignment(), SIZE, Settings())
+    red = draw_radiance(other, dark, SIZE, Settings())
     assert not np.array_equal(light, red)
-    np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), light)
-    np.testing.assert_array_equal(drawn(other, dark, SIZE, Settings()), red)
+    np.testing.assert_array_equal(draw_radiance(own, scenes.assignment(), SIZE, Settings()), light)
+    np.testing.assert_array_equal(draw_radiance(other, dark, SIZE, Settings()), red)
 
 
 def test_an_interrupted_picture_drops_the_kept_scene(own: Renderer) -> None:
-    before = drawn(own, CROWD, SIZE, Settings(samples=8))
+    before = draw_radiance(own, CROWD, SIZE, Settings(samples=8))
 
     def interrupt(done: int, total: int) -> None:
         raise KeyboardInterrupt
@@ -117,17 +117,17 @@ def test_an_interrupted_picture_drops_the_kept_scene(own: Renderer) -> None:
     with pytest.raises(KeyboardInterrupt):
         own.render(CROWD, SIZE, Settings(samples=8), progress=interrupt)
     assert own._kept is None
-    np.testing.assert_array_equal(drawn(own, CROWD, SIZE, Settings(samples=8)), before)
+    np.testing.assert_array_equal(draw_radiance(own, CROWD, SIZE, Settings(samples=8)), before)
 
 
 def test_a_changed_shader_is_reread(own: Renderer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     folder = tmp_path / "shaders"
     shutil.copytree(preprocessor.shaders_folder(), folder)
     monkeypatch.setattr(preprocessor, "shaders_folder", lambda: folder)
-    before = drawn(own, scenes.assignment(), SIZE, Settings())
+    before = draw_radiance(own, scenes.assignment(), SIZE, Settings())
     file = folder / "passes" / "empty.frag"
     file.write_text(file.read_text().replace("= samples *", "= 2.0 * samples *"))
-    after = drawn(own, scenes.assignment(), SIZE, Settings())
+    after = draw_radiance(own, scenes.assignment(), SIZE, Settings())
     np.testing.assert_array_equal(after[0, 0], 2.0 * before[0, 0])
 
 
@@ -152,7 +152,7 @@ def test_a_changed_shader_of_measurements_is_reread(
 
 def test_a_picture_with_a_time_limit_has_no_program_for_several_samples(own: Renderer) -> None:
     for settings, has_several in ((Settings(samples=64, time=0.01), False), (Settings(samples=64), True)):
-        drawn(own, scenes.assignment(), SIZE, settings)
+        draw_radiance(own, scenes.assignment(), SIZE, settings)
         assert own._kept and (SEVERAL in own._kept.programs.by_name) is has_several
 
 
@@ -160,15 +160,15 @@ def test_large_pictures_are_not_kept_and_the_next_scene_replaces_the_kept_scene(
     own: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = scenes.lit_scene(rt.Sphere((0, 1, 0), 1))
-    drawn(own, scene, SIZE, Settings(samples=2))
+    draw_radiance(own, scene, SIZE, Settings(samples=2))
     assert own._kept
     alive = weakref.ref(own._kept.frame.compiled.surfaces.centers)
     del scene
-    drawn(own, CROWD, SIZE, Settings())
+    draw_radiance(own, CROWD, SIZE, Settings())
     gc.collect()
     assert alive() is None
     monkeypatch.setattr(renderer_module, "_KEPT_PIXELS", SIZE[0] * SIZE[1] - 1)
-    drawn(own, CROWD, SIZE, Settings(samples=2))
+    draw_radiance(own, CROWD, SIZE, Settings(samples=2))
     assert own._kept is None
 
 
@@ -178,7 +178,7 @@ def test_only_the_sums_of_one_tile_are_kept(own: Renderer) -> None:
     assert own._kept
     before = own._kept.tiles.player._textures.keys()
     assert {"radiance", "earlierSum"} <= before and not any(name[-1].isdigit() for name in before)
-    drawn(own, scenes.assignment(), SIZE, settings)
+    draw_radiance(own, scenes.assignment(), SIZE, settings)
 
 
 @pytest.mark.parametrize("sequence", ["sobol", "random", "r2"])
@@ -187,17 +187,17 @@ def test_samples_drawn_together_make_the_picture_of_samples_drawn_one_by_one(
 ) -> None:
     for scene in (scenes.assignment(), CROWD):
         settings = Settings(samples=23, sequence=sequence)
-        at_once = drawn(own, scene, SIZE, settings)
+        at_once = draw_radiance(own, scene, SIZE, settings)
         with monkeypatch.context() as patch:
             patch.setattr(Accumulation, "_can_draw_together", lambda _: False)
-            np.testing.assert_allclose(at_once, drawn(own, scene, SIZE, settings), rtol=1e-6)
+            np.testing.assert_allclose(at_once, draw_radiance(own, scene, SIZE, settings), rtol=1e-6)
 
 
 def test_an_interrupt_between_uniforms_does_not_affect_other_renderers(
     own: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = Renderer(own.device)
-    before = drawn(own, scenes.assignment(), SIZE, Settings())
+    before = draw_radiance(own, scenes.assignment(), SIZE, Settings())
     set_uniforms = gl.set_uniforms
 
     def interrupted(program: Any, **values: object) -> None:
@@ -208,12 +208,12 @@ def test_an_interrupt_between_uniforms_does_not_affect_other_renderers(
     with monkeypatch.context() as patch:
         patch.setattr(gl, "set_uniforms", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            drawn(other, msgspec.structs.replace(scenes.assignment(), ambient=(0, 0, 0)), SIZE, Settings())
-    np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), before)
+            draw_radiance(other, msgspec.structs.replace(scenes.assignment(), ambient=(0, 0, 0)), SIZE, Settings())
+    np.testing.assert_array_equal(draw_radiance(own, scenes.assignment(), SIZE, Settings()), before)
 
 
 def test_a_renderer_works_after_an_interrupt_while_it_closed(own: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = drawn(own, scenes.assignment(), SIZE, Settings())
+    before = draw_radiance(own, scenes.assignment(), SIZE, Settings())
     close = TileRenderer.close
 
     def interrupted(self: TileRenderer) -> None:
@@ -223,4 +223,4 @@ def test_a_renderer_works_after_an_interrupt_while_it_closed(own: Renderer, monk
     with monkeypatch.context() as patch, own.device.turn(), pytest.raises(KeyboardInterrupt):
         patch.setattr(TileRenderer, "close", interrupted)
         own.close()
-    np.testing.assert_array_equal(drawn(own, scenes.assignment(), SIZE, Settings()), before)
+    np.testing.assert_array_equal(draw_radiance(own, scenes.assignment(), SIZE, Settings()), before)

@@ -10,7 +10,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.rendering.renderer import Renderer
-from tests.directions import pairs
+from tests.directions import direction_pairs
 
 pytestmark = pytest.mark.gl
 
@@ -60,7 +60,7 @@ def test_mitsuba_agrees_to_1e_5(mi: Any, renderer: Renderer, bsdf: dict[str, Any
     mi.set_variant("scalar_rgb")
     peer, context = mi.load_dict(bsdf), mi.BSDFContext()
     # No more grazing directions and no narrower lobes, because Mitsuba's float32 is inaccurate for them.
-    wi, wo = pairs(1000, least=0.05)
+    wi, wo = direction_pairs(1000, least=0.05)
 
     def peer_values(i: np.ndarray, o: np.ndarray) -> np.ndarray:
         interaction = mi.SurfaceInteraction3f()

@@ -15,12 +15,12 @@ SIZE = (160, 90)
 RED = rt.Material(ka=(0.1, 0.0, 0.2), kd=(0.5, 0.0, 0.25))
 
 
-def exported(*objects: rt.Solid, settings: rt.Settings | None = None) -> str:
+def export_text(*objects: rt.Solid, settings: rt.Settings | None = None) -> str:
     return povray.source(scenes.lit_scene(*objects), SIZE, settings or rt.Settings())
 
 
 def test_space_is_mirrored_and_ambient_light_is_a_share_of_the_pigment() -> None:
-    text = exported(rt.Sphere((1, 2, 3), 0.5, RED), rt.Plane((0, 0, 2), -4, RED))
+    text = export_text(rt.Sphere((1, 2, 3), 0.5, RED), rt.Plane((0, 0, 2), -4, RED))
     assert "\nsphere { <1, 2, -3>, 0.5 texture { T0 } }\n" in text
     assert "\nplane { <0, 0, -1>, -2 texture { T0 } }\n" in text
     assert "location <0, 0, -5>" in text
@@ -29,29 +29,29 @@ def test_space_is_mirrored_and_ambient_light_is_a_share_of_the_pigment() -> None
 
 
 def test_the_horizontal_angle_matches_the_picture() -> None:
-    tangent = np.tan(np.radians(float(exported(rt.Sphere((0, 0, 0), 1)).split("angle ")[1].split()[0]) / 2))
+    tangent = np.tan(np.radians(float(export_text(rt.Sphere((0, 0, 0), 1)).split("angle ")[1].split()[0]) / 2))
     assert tangent == pytest.approx(np.tan(np.radians(30)) * 16 / 9)  # for a vertical angle of 60 degrees
 
 
 def test_chains_of_one_operator_become_one_list() -> None:
     a, b, c, d = (rt.Sphere((x, 0, 0), 1) for x in range(4))
-    difference = exported(a - b - c - d)
+    difference = export_text(a - b - c - d)
     assert "difference { sphere { <0, 0, -0>" in difference and difference.count("{ sphere") == 1
-    assert exported(a - (b | c) - d) == exported(a - (b | (c | d))) == difference
-    assert exported((a | b) | (c | d)).count("union {") == 1
-    assert exported((a & b) - (c & d)).count("intersection {") == 2
-    assert exported(a - (b - c)).count("difference {") == 2
-    assert " inverse }" in exported(a & ~(b | c))
+    assert export_text(a - (b | c) - d) == export_text(a - (b | (c | d))) == difference
+    assert export_text((a | b) | (c | d)).count("union {") == 1
+    assert export_text((a & b) - (c & d)).count("intersection {") == 2
+    assert export_text(a - (b - c)).count("difference {") == 2
+    assert " inverse }" in export_text(a & ~(b | c))
 
 
 def test_features_that_povray_lacks_are_refused() -> None:
     ball = rt.Sphere((0, 0, 0), 1)
     for settings in (rt.Settings(shading="blinn"), rt.Settings(shadows="diluted")):
         with pytest.raises(povray.UnavailableError):
-            exported(ball, settings=settings)
+            export_text(ball, settings=settings)
     for material in (rt.Material(ks=(0.1, 0.2, 0.3)), rt.Material(ka=0.1, kd=0)):
         with pytest.raises(povray.UnavailableError):
-            exported(rt.Sphere((0, 0, 0), 1, material))
+            export_text(rt.Sphere((0, 0, 0), 1, material))
 
 
 @pytest.mark.gl

@@ -13,10 +13,10 @@ import raytracer as rt
 from raytracer.app.viewer import canvas
 from raytracer.app.viewer.canvas import MARKER_RADIUS, Canvas
 from raytracer.app.viewer.orbit import turn_camera, turn_light
-from raytracer.compiler.draws import SUMMED
+from raytracer.compiler.draws import SAMPLES_PER_SUM
 from raytracer.compiler.glsl.shaders import Show
 from raytracer.compiler.meshes import Rectangle
-from raytracer.compiler.view_space import in_picture
+from raytracer.compiler.view_space import project_point
 from raytracer.core.vectors import add
 from raytracer.formats.srgb import encode_srgb8
 from raytracer.gpu.device import Device
@@ -56,7 +56,7 @@ def live(renderer: Renderer) -> Iterator[Live]:
         live.close()
 
 
-def shown(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -> np.ndarray:
+def present_pixels(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -> np.ndarray:
     """Draw the picture on the canvas, and return its pixels, top row first [H, W, 3] int."""
     context = renderer.device.context
     with context:
@@ -68,12 +68,14 @@ def shown(live: Live, renderer: Renderer, marked: rt.PointLight | None = None) -
     return pixels[::-1].astype(int)
 
 
-def drawn(live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, show: Show = "picture") -> np.ndarray:
+def draw_pixels(
+    live: Live, renderer: Renderer, scene: rt.Scene, settings: Settings, show: Show = "picture"
+) -> np.ndarray:
     with renderer.device.context:
         live.start(scene, settings, show, SIZE, moving=False)
         for _ in range(settings.samples):
             live.step()
-    return shown(live, renderer)
+    return present_pixels(live, renderer)
 
 
 def refine(live: Live, scene: rt.Scene, settings: Settings, show: Show = "picture") -> None:
@@ -159,7 +161,7 @@ def test_the_refined_picture_equals_that_of_render(live: Live, renderer: Rendere
     settings = Settings(samples=16, shadows=shadows)  # pyright: ignore[reportArgumentType]
     scene = scenes.with_light_radii(scenes.assignment(), 0.5)
     image = renderer.render(scene, SIZE, settings)
-    assert np.abs(drawn(live, renderer, scene, settings) - image.srgb8()).max() <= 1
+    assert np.abs(draw_pixels(live, renderer, scene, settings) - image.srgb8()).max() <= 1
     with renderer.device.context:
         # render() may sum the samples of plane-only cells in another order, four at a time.
         np.testing.assert_allclose(live.image({}).radiance, image.radiance, rtol=1e-6)
@@ -169,12 +171,14 @@ def test_the_window_shows_blocks_that_stopped_and_others_when_a_second_sum_begin
     live: Live, renderer: Renderer
 ) -> None:
     with renderer.device.context:
-        live.start(scenes.assignment(), Settings(samples=2 * SUMMED, adaptive=0.005), "picture", SIZE, moving=False)
-        while live.samples < SUMMED + 20:
+        live.start(
+            scenes.assignment(), Settings(samples=2 * SAMPLES_PER_SUM, adaptive=0.005), "picture", SIZE, moving=False
+        )
+        while live.samples < SAMPLES_PER_SUM + 20:
             live.step()
         picture = live.image({}).srgb8()
         assert not live.is_done and "blockSamples" in live.textures(), "some blocks have stopped, and others have not"
-    assert np.abs(shown(live, renderer) - picture).max() <= 1
+    assert np.abs(present_pixels(live, renderer) - picture).max() <= 1
 
 
 def test_normals_depth_and_materials_have_the_documented_colours(live: Live, renderer: Renderer) -> None:
@@ -184,13 +188,13 @@ def test_normals_depth_and_materials_have_the_documented_colours(live: Live, ren
     hit = image.material >= 0
 
     normals = np.where(hit[..., None], 0.5 + 0.5 * image.normal, 0.0) * 255
-    assert np.abs(drawn(live, renderer, scene, ONE, "normal") - normals).max() <= 1
+    assert np.abs(draw_pixels(live, renderer, scene, ONE, "normal") - normals).max() <= 1
 
     focus = np.linalg.norm(np.subtract(scene.camera.position, scene.camera.look_at))
     depth = 255 / (1 + image.depth / focus)
-    assert np.abs(drawn(live, renderer, scene, ONE, "depth") - depth[..., None]).max() <= 1
+    assert np.abs(draw_pixels(live, renderer, scene, ONE, "depth") - depth[..., None]).max() <= 1
 
-    materials = drawn(live, renderer, scene, ONE, "material")
+    materials = draw_pixels(live, renderer, scene, ONE, "material")
     colors = [np.unique(materials[image.material == i], axis=0) for i in range(-1, 4)]
     assert [len(color) for color in colors] == [1] * 5, "one colour for each material"
     distances = [np.abs(a[0] - b[0]).max() for i, a in enumerate(colors) for b in colors[:i]]
@@ -201,7 +205,7 @@ def test_moving_the_light_and_the_camera_requests_no_program(
     live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = scenes.assignment()
-    drawn(live, renderer, scene, ONE)
+    draw_pixels(live, renderer, scene, ONE)
 
     def refuse(*_: object) -> None:
         raise AssertionError("a program was requested")
@@ -209,7 +213,7 @@ def test_moving_the_light_and_the_camera_requests_no_program(
     monkeypatch.setattr(renderer.device, "program", refuse)
     for angle in (0.1, 0.2, 0.3):
         moved = turn_camera(turn_light(scene, 0, angle, angle), angle, 0.0)
-        picture = drawn(live, renderer, moved, ONE)
+        picture = draw_pixels(live, renderer, moved, ONE)
         monkeypatch.undo()
         assert np.abs(picture - renderer.render(moved, SIZE, ONE).srgb8()).max() <= 1
         monkeypatch.setattr(renderer.device, "program", refuse)
@@ -255,11 +259,11 @@ def test_changing_any_number_of_a_scene_compiles_nothing(renderer: Renderer, eva
     scene = scenes.assignment()
     own = Renderer(Device(renderer.device.context))
     live = Live(own, 1e9)
-    drawn(live, own, scene, settings)
+    draw_pixels(live, own, scene, settings)
     own.render(scene, SIZE, settings)
     before = dict(own.device._programs)
     for k, other in enumerate(changed_scenes(scene)):
-        picture = drawn(live, own, other, settings)
+        picture = draw_pixels(live, own, other, settings)
         assert np.abs(picture - own.render(other, SIZE, settings).srgb8()).max() <= 1
         assert own.device._programs == before, k
         own.render(other, (SIZE[0] + 16 * k, 33), settings)
@@ -286,7 +290,7 @@ def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(render
             live.step()
         enlarged = 16 if moving else 1
         image = renderer.render(scene, small, ONE).srgb8().repeat(enlarged, 0).repeat(enlarged, 1)
-        pixels = shown(live, renderer)
+        pixels = present_pixels(live, renderer)
         assert pixels.shape == (size[1], size[0], 3) and live.enlarged == enlarged
         assert np.abs(pixels - image[-size[1] :, : size[0]]).max() <= 1, "the enlarged pixels start at the lower left"
     with renderer.device.context:
@@ -298,11 +302,11 @@ def test_enlarged_pixels_show_a_smaller_picture_and_a_resize_a_larger_one(render
 
 def test_the_marker_is_drawn_only_at_the_place_of_the_light(live: Live, renderer: Renderer) -> None:
     scene = scenes.assignment()
-    plain = drawn(live, renderer, scene, ONE)
+    plain = draw_pixels(live, renderer, scene, ONE)
     light = rt.PointLight((0.5, 2.5, 1.0), (9.0, 0.0, 0.0))
-    x, y, in_view = in_picture(scene.camera, light.position, SIZE, MARKER_RADIUS)
+    x, y, in_view = project_point(scene.camera, light.position, SIZE, MARKER_RADIUS)
     assert in_view
-    marked = shown(live, renderer, light)
+    marked = present_pixels(live, renderer, light)
     rows, columns = np.nonzero((marked != plain).any(axis=2))
     assert np.hypot(columns + 0.5 - x, SIZE[1] - rows - 0.5 - y).max() <= MARKER_RADIUS
     assert tuple(marked[SIZE[1] - 1 - int(y), int(x)]) == (255, 0, 0), "in the light's colour"
@@ -314,24 +318,24 @@ def test_in_picture_inverts_the_camera_rays() -> None:
     scale = 2 * np.tan(np.radians(camera.vertical_fov) / 2) / 90
     for x, y in ((80.0, 45.0), (20.5, 70.25), (150.0, 9.0)):
         point = camera.position + 7.0 * (forward + scale * ((x - 80) * right + (y - 45) * up))
-        assert in_picture(camera, tuple(point), SIZE, 8.0) == (pytest.approx(x), pytest.approx(y), True)
+        assert project_point(camera, tuple(point), SIZE, 8.0) == (pytest.approx(x), pytest.approx(y), True)
     rightmost, top = (152, 45), (80, 82)
     sides = [(right, rightmost), (-right, (8, 45)), (up, top), (right - forward, rightmost), (0.01 * up - forward, top)]
     for side, place in sides:
-        x, y, in_view = in_picture(camera, tuple(camera.position + 3 * side), SIZE, 8.0)
+        x, y, in_view = project_point(camera, tuple(camera.position + 3 * side), SIZE, 8.0)
         assert (x, y) == pytest.approx(place) and not in_view
-    assert in_picture(camera, camera.position, SIZE, 8.0) == (80.0, 82.0, False)
+    assert project_point(camera, camera.position, SIZE, 8.0) == (80.0, 82.0, False)
 
 
 def test_the_program_for_plain_pictures_shows_the_same_as_the_general_programs(
     live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    plain = drawn(live, renderer, scenes.assignment(), ONE)
+    plain = draw_pixels(live, renderer, scenes.assignment(), ONE)
     for general in ("present_enlarged", "present_refined"):
         monkeypatch.setitem(canvas._SOURCES, "present", canvas._SOURCES[general])
         with renderer.device.context:
             live.canvas.load_programs()
-        assert np.array_equal(shown(live, renderer), plain)
+        assert np.array_equal(present_pixels(live, renderer), plain)
 
 
 # A mistake in a file, and its message. The second and third mistake are valid GLSL, but do not match the host's types.
@@ -352,7 +356,7 @@ def test_a_mistake_in_a_shader_keeps_the_old_picture_until_it_is_corrected(
     show: Show = "depth" if "depth" in name else "picture"
     own = Renderer(Device(renderer.device.context))
     live = Live(own, 1e9)
-    before = drawn(live, own, scene, ONE, show)
+    before = draw_pixels(live, own, scene, ONE, show)
     file = shaders / name
     good = file.read_text()
     assert old in good
@@ -362,10 +366,10 @@ def test_a_mistake_in_a_shader_keeps_the_old_picture_until_it_is_corrected(
         with pytest.raises(rt.ShaderError, match=message), renderer.device.context:
             live.canvas.load_programs()
             live.start(scene, ONE, show, SIZE, moving=False)
-        assert np.array_equal(drawn(live, own, scene, ONE, show), before), "the old programs stay in use"
+        assert np.array_equal(draw_pixels(live, own, scene, ONE, show), before), "the old programs stay in use"
     file.write_text(good)
     live.reread()
-    assert np.array_equal(drawn(live, own, scene, ONE, show), before)
+    assert np.array_equal(draw_pixels(live, own, scene, ONE, show), before)
     # The canvas has five programs, the picture three, and the display of the depth two.
     assert len(own.device._programs) == 5 + (3 if show == "picture" else 2), "programs with mistakes are released"
     with renderer.device.context:
@@ -373,12 +377,12 @@ def test_a_mistake_in_a_shader_keeps_the_old_picture_until_it_is_corrected(
 
 
 def test_a_changed_shader_is_used_only_after_reread(live: Live, renderer: Renderer, shaders: Path) -> None:
-    before = drawn(live, renderer, scenes.assignment(), ONE)
+    before = draw_pixels(live, renderer, scenes.assignment(), ONE)
     file = shaders / "shading/lighting.glsl"
     file.write_text(file.read_text().replace("I += m.ka * ambient;", "I += vec3(0.5);"))
-    assert np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
+    assert np.array_equal(draw_pixels(live, renderer, scenes.assignment(), ONE), before)
     live.reread()
-    assert not np.array_equal(drawn(live, renderer, scenes.assignment(), ONE), before)
+    assert not np.array_equal(draw_pixels(live, renderer, scenes.assignment(), ONE), before)
 
 
 def test_toggling_between_two_shadings_compiles_each_once(renderer: Renderer) -> None:
@@ -386,7 +390,7 @@ def test_toggling_between_two_shadings_compiles_each_once(renderer: Renderer) ->
     live = Live(own, 1e9)
     counts = []
     for shading in (None, "ggx", None, "ggx", "mirror", "ggx", "mirror"):
-        drawn(live, own, scenes.assignment(), Settings(shading=shading))
+        draw_pixels(live, own, scenes.assignment(), Settings(shading=shading))
         counts.append(len(own.device._programs))
     assert counts[0] < counts[1] == counts[2] == counts[3] < counts[4] == counts[5] == counts[6]
     with renderer.device.context:
@@ -413,7 +417,7 @@ def test_pixels_are_enlarged_to_keep_the_budget_of_a_sample() -> None:
 
 def test_radiance_above_1_is_displayed_as_1(live: Live, renderer: Renderer) -> None:
     bright = msgspec.structs.replace(scenes.assignment(), ambient=(1e12, 1e12, 0.0), background=(0, 0, 1e12))
-    picture = drawn(live, renderer, bright, ONE)
+    picture = draw_pixels(live, renderer, bright, ONE)
     assert picture[0, 0].tolist() == [0, 0, 255] and picture[-1, 0, :2].tolist() == [255, 255]
 
 
@@ -428,7 +432,7 @@ def test_each_changed_part_of_a_scene_reaches_the_picture(live: Live, renderer: 
     ]  # fmt: skip
     for change in changes:
         scene = msgspec.structs.replace(scene, **change)
-        assert np.abs(drawn(live, renderer, scene, ONE) - renderer.render(scene, SIZE, ONE).srgb8()).max() <= 1
+        assert np.abs(draw_pixels(live, renderer, scene, ONE) - renderer.render(scene, SIZE, ONE).srgb8()).max() <= 1
 
 
 @pytest.mark.parametrize(
@@ -454,7 +458,9 @@ def test_the_window_stops_at_the_samples_of_render_with_the_same_picture(
     # The means of both agree to 1e-6, and so do their differences, from which the estimate follows.
     assert estimate.rmse == pytest.approx(image.estimate.rmse, rel=1e-5, abs=1e-6)
     assert live.samples == settings.samples or live.samples < 4096
-    assert np.abs(shown(live, renderer) - image.srgb8()).max() <= 1, "the canvas divides by the samples of each block"
+    assert np.abs(present_pixels(live, renderer) - image.srgb8()).max() <= 1, (
+        "the canvas divides by the samples of each block"
+    )
 
 
 @pytest.mark.parametrize("settings", [Settings(samples=8), Settings(samples=64, adaptive=0.05)])
@@ -464,7 +470,7 @@ def test_very_bright_light_does_not_change_the_display_of_other_pixels(
     ball = rt.Sphere((0, 0, 0), 1, rt.Material(ka=(1e3, 1e3, 1e3)))
     grey = rt.Sphere((1.5, 0, 0), 1, rt.Material(ka=(2e-13, 1e-13, 3e-13)))
     scene = rt.Scene([ball, grey], [], rt.Camera((0, 0, 6), (0, 0, 0)), ambient=(1e12, 1e12, 1e12))
-    picture = drawn(live, renderer, scene, settings)
+    picture = draw_pixels(live, renderer, scene, settings)
     with renderer.device.context:
         assert np.abs(picture - live.image({}).srgb8()).max() <= 1
     assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 3
@@ -472,14 +478,14 @@ def test_very_bright_light_does_not_change_the_display_of_other_pixels(
 
 def test_a_change_of_samples_uploads_nothing(live: Live, renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     scene = scenes.random_scene(3)
-    drawn(live, renderer, scene, Settings(samples=16))
+    draw_pixels(live, renderer, scene, Settings(samples=16))
 
     def refuse(*_: object) -> None:
         raise AssertionError("texels were written")
 
     monkeypatch.setattr(BufferTexture, "write", refuse)
     for samples in (1, 4, 1):
-        drawn(live, renderer, scene, Settings(samples=samples))
+        draw_pixels(live, renderer, scene, Settings(samples=samples))
 
 
 def test_frames_between_decisions_read_nothing_back(
@@ -500,11 +506,11 @@ def test_frames_between_decisions_read_nothing_back(
 
 
 def test_active_blocks_are_shown_with_all_samples_after_the_first_sum(live: Live, renderer: Renderer) -> None:
-    settings = Settings(samples=SUMMED + 128, adaptive=0.004)
+    settings = Settings(samples=SAMPLES_PER_SUM + 128, adaptive=0.004)
     with renderer.device.context:
         live.start(scenes.assignment(), settings, "picture", SIZE, moving=False)
         while live.samples < settings.samples:
             live.step()
         mean = live.image({}).radiance
         assert live.textures().keys() == {"radianceSum", "summedBefore", "blockSamples"}
-    assert np.abs(shown(live, renderer) - encode_srgb8(mean)).max() <= 1
+    assert np.abs(present_pixels(live, renderer) - encode_srgb8(mean)).max() <= 1

@@ -12,7 +12,7 @@ from raytracer.rendering.replicate import block_sums, choose_blocks, squared_err
 from raytracer.scene.sequences import light_index, replicate_place, sample_place
 from raytracer.scene.settings import Settings
 from tests import scenes
-from tests.edges import SIZE, lines
+from tests.edges import SIZE, random_strips
 
 DIGITS = np.stack(np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1])[::-1]), axis=-1).reshape(-1, 2).astype(np.uint32)
 
@@ -28,7 +28,7 @@ def scrambled_places(places: list[tuple[int, int]]) -> np.ndarray:
 def test_two_scramblings_estimate_the_error_of_edges_and_lines_within_10_percent(
     thickness: float,
 ) -> None:
-    inside, exact = lines(np.random.default_rng(3), thickness)
+    inside, exact = random_strips(np.random.default_rng(3), thickness)
     samples, replicate = (scrambled_places([place(k) for k in range(64)]) for place in (sample_place, replicate_place))
     for n in (2, 3, 4, 8, 16, 24, 32, 64):
         mean, other = (inside(points[:n]).mean(axis=0) for points in (samples, replicate))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raytracer.rendering.pixel_blocks import Blocks, surrounded
+from raytracer.rendering.pixel_blocks import Blocks, surrounding_area
 from raytracer.rendering.stopping_rule import (
     FIRST,
     NEXT,
@@ -76,10 +76,10 @@ def test_with_a_time_limit_the_error_reachable_in_that_time_counts() -> None:
 
 
 def test_blocks_are_immutable_values() -> None:
-    blocks = Blocks.all_of((16, 32, 20, 16), np.array([[True, True]]))
+    blocks = Blocks.make_all((16, 32, 20, 16), np.array([[True, True]]))
     some = blocks.active.copy()
     some[:, :4] = False
-    narrowed = blocks.sampled(1).narrowed(some).sampled(1)
+    narrowed = blocks.add_samples(1).narrow(some).add_samples(1)
     assert blocks.is_whole and not narrowed.is_whole and blocks.active.all() and not blocks.samples.any()
     assert narrowed.cells.tolist() == [[False, True]] and np.unique(narrowed.samples).tolist() == [1, 2]
     samples = narrowed.samples_in((30, 40, 6, 2))
@@ -90,27 +90,27 @@ def test_blocks_are_immutable_values() -> None:
 
 def test_blocks_around_a_tile_are_active_until_some_blocks_stop() -> None:
     size = 70, 40
-    blocks = Blocks.all_of((0, 0, *size), np.arange(15).reshape(3, 5) != 8).sampled(2)
+    blocks = Blocks.make_all((0, 0, *size), np.arange(15).reshape(3, 5) != 8).add_samples(2)
     tile = 32, 16, 16, 16
-    around = blocks.around(tile, surrounded(tile, size))
+    around = blocks.surround(tile, surrounding_area(tile, size))
     assert around.area == (16, 0, 48, 40) and around.is_whole and around.active.all() and (around.samples == 2).all()
     assert around.cells.tolist() == [[True] * 3, [True, True, False], [True] * 3]
     active = blocks.active.copy()
     active[4, 8] = active[0, 0] = False
-    around = blocks.narrowed(active).around(tile, surrounded(tile, size))
+    around = blocks.narrow(active).surround(tile, surrounding_area(tile, size))
     assert not around.is_whole and around.cells.tolist() == [[False] * 3, [False, True, False], [False] * 3]
-    np.testing.assert_array_equal(around.active[around.where(tile)], active[blocks.where(tile)])
+    np.testing.assert_array_equal(around.active[around.block_slices(tile)], active[blocks.block_slices(tile)])
     assert around.active.sum() == 15
 
 
 def test_an_empty_cell_is_not_measured_once_some_blocks_have_stopped() -> None:
-    blocks = Blocks.all_of((0, 0, 32, 32), np.array([[True, False], [True, True]]))
+    blocks = Blocks.make_all((0, 0, 32, 32), np.array([[True, False], [True, True]]))
     active = blocks.active.copy()
     active[0, 0] = False
-    assert blocks.narrowed(active).cells.tolist() == [[True, False], [True, True]]
+    assert blocks.narrow(active).cells.tolist() == [[True, False], [True, True]]
 
 
 def test_a_tile_is_surrounded_by_whole_cells_within_the_picture() -> None:
-    assert surrounded((32, 16, 16, 16), (100, 50)) == (16, 0, 48, 48)
-    assert surrounded((0, 0, 100, 50), (100, 50)) == (0, 0, 100, 50)
-    assert surrounded((33, 17, 2, 2), (100, 50)) == (16, 0, 32, 32)
+    assert surrounding_area((32, 16, 16, 16), (100, 50)) == (16, 0, 48, 48)
+    assert surrounding_area((0, 0, 100, 50), (100, 50)) == (0, 0, 100, 50)
+    assert surrounding_area((33, 17, 2, 2), (100, 50)) == (16, 0, 32, 32)

@@ -19,7 +19,7 @@ from raytracer.scene.materials import merl
 from raytracer.scene.settings import Settings
 from tests import scenes
 from tests.compiled import compiled
-from tests.directions import pairs
+from tests.directions import direction_pairs
 
 pytestmark = pytest.mark.gl
 ROUGH = rt.Material("ggx", alpha=0.3, f0=(0.9, 0.6, 0.3))
@@ -73,7 +73,7 @@ def test_a_baked_model_equals_the_model_at_cell_centres(renderer: Renderer, bake
 
 def test_a_baked_lambert_equals_lambert_everywhere(renderer: Renderer) -> None:
     table = rt.brdf.bake(rt.Material("lambert"), device=renderer.device)
-    wi, wo = pairs(2000)
+    wi, wo = direction_pairs(2000)
     a, b = (
         rt.brdf.evaluate(m, wi, wo, device=renderer.device)
         for m in (rt.Material("lambert"), rt.Material("merl", file=table))
@@ -83,7 +83,7 @@ def test_a_baked_lambert_equals_lambert_everywhere(renderer: Renderer) -> None:
 
 def test_a_value_between_cells_is_between_the_values_of_the_cells(renderer: Renderer, baked: merl.Measured) -> None:
     # The values are between the smallest and the largest value of the surrounding cells.
-    wi, wo = pairs(3000, least=0.05)
+    wi, wo = direction_pairs(3000, least=0.05)
     values = rt.brdf.evaluate(rt.Material("merl", file=baked), wi, wo, device=renderer.device)[:, 0] / wi[:, 2]
     half = wi.astype(float) + wo
     half /= np.linalg.norm(half, axis=1, keepdims=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from raytracer.analysis.reflectance.tables import markdown
+from raytracer.analysis.reflectance.tables import models_markdown
 from raytracer.app.cli import main
 from raytracer.compiler.glsl.materials import FUNCTIONS
 from raytracer.core.validation import InputError
@@ -168,9 +168,9 @@ def test_the_command_line_prints_the_schema_and_the_page(capsys: pytest.CaptureF
     assert main(["brdf", "list", "--schema"]) == 0
     assert json.loads(capsys.readouterr().out) == materials_schema()
     assert main(["brdf", "list", "--markdown"]) == 0
-    assert capsys.readouterr().out == markdown()
+    assert capsys.readouterr().out == models_markdown()
 
 
 def test_docs_models_is_up_to_date() -> None:
     """Remedy: raytracer brdf list --markdown > docs/models.md"""
-    assert (CHECKOUT / "docs/models.md").read_text(encoding="utf-8") == markdown()
+    assert (CHECKOUT / "docs/models.md").read_text(encoding="utf-8") == models_markdown()

@@ -6,7 +6,7 @@ import pytest
 import raytracer as rt
 from raytracer.scene import scene_objects
 from raytracer.scene.scene_objects import SceneObjects
-from raytracer.scene.solids import Plane, Sphere, leaves, postfix, simplified
+from raytracer.scene.solids import Plane, Sphere, leaves, postfix, simplify
 from tests import scenes
 
 A, B = rt.Sphere((0, 0, 0), 1), rt.Sphere((1, 2, 3), 0.5)
@@ -18,7 +18,7 @@ MIXED = MANY, A - B, FLOOR, ~~(A & ~B), MANY, rt.Instances(B, [(1, 1, 1)]), ~FLO
 def test_one_list_has_all_trees_without_double_complements() -> None:
     objects = SceneObjects(MIXED)
     solids = [item.solid if isinstance(item, rt.Instances) else item for item in MIXED]
-    assert [objects.tree(i) for i in range(len(MIXED))] == [*map(simplified, solids)]
+    assert [objects.tree(i) for i in range(len(MIXED))] == [*map(simplify, solids)]
     assert objects.tree(3) == postfix(A & ~B) and objects.counts() == [3, 1, 1, 1, 3, 1, 1]
 
 
@@ -55,7 +55,7 @@ def test_a_value_is_derived_again_only_for_another_key() -> None:
 
 @pytest.mark.parametrize("solid", [~A, ~(~A - ~B), ~(~FLOOR | ~~~B)])
 def test_a_tree_has_at_most_four_nodes_for_each_leaf(solid: rt.Solid) -> None:
-    tree = simplified(solid)
+    tree = simplify(solid)
     assert len(tree) < scene_objects._NODES_PER_LEAF * sum(isinstance(node, Sphere | Plane) for node in tree)
 
 

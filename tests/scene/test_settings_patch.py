@@ -12,7 +12,14 @@ from msgspec import UNSET
 
 import raytracer as rt
 from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT, CompileOptions, SamplingOptions
-from raytracer.scene.settings_patch import EMPTY_PATCH, QUALITIES, changes, checked_patch, flags, minimal_patch
+from raytracer.scene.settings_patch import (
+    EMPTY_PATCH,
+    QUALITIES,
+    changed_fields,
+    flags,
+    minimal_patch,
+    patch_from_settings,
+)
 from raytracer.scene.settings_patch import SettingsPatch as Patch
 from tests import scenes
 
@@ -27,32 +34,32 @@ def test_the_docs_list_exactly_the_existing_qualities() -> None:
     assert all(re.match(r"[0-9.e+]+ s, [0-9.e+]+ samples?, [0-9.e-]+ \(", cell) for row in rows for cell in row[2:])
 
 
-def merged(*patches: Patch) -> rt.Settings:
+def merge(*patches: Patch) -> rt.Settings:
     return functools.reduce(operator.or_, patches).resolve()
 
 
 def test_a_quality_overrides_earlier_sampling_settings_and_settings_beside_it_override_the_quality() -> None:
     before = Patch(max_error=0.1, time=3.0, samples=7, bounces=2)
-    assert merged(before, Patch(quality="draft")) == rt.Settings(bounces=2)
-    assert merged(Patch(adaptive=0.1, sequence="r2"), Patch(quality="normal")) == rt.quality("normal")
-    assert merged(Patch(quality="high", samples=64)) == rt.Settings(samples=64, max_error=0.0005)
-    assert merged(Patch(samples=64), Patch(quality="high")) == rt.quality("high")
+    assert merge(before, Patch(quality="draft")) == rt.Settings(bounces=2)
+    assert merge(Patch(adaptive=0.1, sequence="r2"), Patch(quality="normal")) == rt.quality("normal")
+    assert merge(Patch(quality="high", samples=64)) == rt.Settings(samples=64, max_error=0.0005)
+    assert merge(Patch(samples=64), Patch(quality="high")) == rt.quality("high")
     with pytest.raises(rt.InputError, match=r"quality: expected one of draft, normal, high, reference, got 'best'"):
         rt.quality("best")
 
 
 def test_samples_do_not_limit_an_error_or_a_time_of_a_later_patch() -> None:
-    assert merged(Patch(samples=16), Patch(max_error=0.1)).samples == DEFAULT_SAMPLE_LIMIT
-    assert merged(Patch(samples=16, time=1.0), Patch(max_error=0.1)).samples == 16
-    assert merged(Patch(max_error=0.1), Patch(samples=16)).samples == 16
-    assert merged(Patch(max_error=0.1), Patch(adaptive=0.2)).max_error is None
-    assert merged(Patch(adaptive=0.2), Patch(time=1.0)) == rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, time=1.0)
-    assert merged(Patch(adaptive=0.2)) == rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, adaptive=0.2)
-    assert merged(Patch(samples=16), Patch(adaptive=0.2)).samples == DEFAULT_SAMPLE_LIMIT
-    assert merged(Patch(samples=16, adaptive=0.1), Patch(adaptive=0.2)).samples == 16
-    assert merged(Patch(samples=16, time=1.0), Patch(adaptive=0.2)) == rt.Settings(samples=16, adaptive=0.2)
+    assert merge(Patch(samples=16), Patch(max_error=0.1)).samples == DEFAULT_SAMPLE_LIMIT
+    assert merge(Patch(samples=16, time=1.0), Patch(max_error=0.1)).samples == 16
+    assert merge(Patch(max_error=0.1), Patch(samples=16)).samples == 16
+    assert merge(Patch(max_error=0.1), Patch(adaptive=0.2)).max_error is None
+    assert merge(Patch(adaptive=0.2), Patch(time=1.0)) == rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, time=1.0)
+    assert merge(Patch(adaptive=0.2)) == rt.Settings(samples=DEFAULT_SAMPLE_LIMIT, adaptive=0.2)
+    assert merge(Patch(samples=16), Patch(adaptive=0.2)).samples == DEFAULT_SAMPLE_LIMIT
+    assert merge(Patch(samples=16, adaptive=0.1), Patch(adaptive=0.2)).samples == 16
+    assert merge(Patch(samples=16, time=1.0), Patch(adaptive=0.2)) == rt.Settings(samples=16, adaptive=0.2)
     with pytest.raises(rt.InputError, match="adaptive: cannot be combined with max_error"):
-        merged(Patch(adaptive=0.2, max_error=0.1))
+        merge(Patch(adaptive=0.2, max_error=0.1))
 
 
 def test_settings_with_an_error_or_a_time_allow_as_many_samples_as_render_does() -> None:
@@ -60,10 +67,10 @@ def test_settings_with_an_error_or_a_time_allow_as_many_samples_as_render_does()
     for fields in cases:
         none: dict[str, Any] = dict.fromkeys(fields)
         assert rt.Settings(**fields).samples == DEFAULT_SAMPLE_LIMIT
-        assert rt.Settings(**fields) == merged(Patch(**fields)) == rt.Settings().replace(**fields)
+        assert rt.Settings(**fields) == merge(Patch(**fields)) == rt.Settings().replace(**fields)
         assert rt.Settings(**fields, samples=1).samples == 1 == rt.Settings().replace(**fields, samples=1).samples
         assert rt.Settings(samples=16).replace(**fields).samples == 16
-        assert merged(Patch(**fields), Patch(**none)) == rt.Settings()
+        assert merge(Patch(**fields), Patch(**none)) == rt.Settings()
     assert rt.Settings().samples == rt.Settings(max_error=None).samples == 1
 
 
@@ -117,9 +124,9 @@ def test_the_parts_and_the_patch_have_the_fields_and_defaults_of_settings() -> N
 
 def test_the_changes_between_settings_turn_the_first_into_the_second() -> None:
     for before, after in itertools.permutations(SETTINGS, 2):
-        patch = changes(before, after)
+        patch = changed_fields(before, after)
         assert before.replace(**patch.fields()) == after
-        assert (checked_patch(before) | checked_patch(after)).resolve() == after
+        assert (patch_from_settings(before) | patch_from_settings(after)).resolve() == after
 
 
 def test_none_cancels_an_override_and_the_repr_shows_only_set_fields() -> None:

@@ -53,14 +53,14 @@ def row(count: int) -> rt.Solid:
     return functools.reduce(operator.or_, (rt.Sphere((i, 0, 0), 0.6) for i in range(count)))
 
 
-def doubled(times: int) -> rt.Solid:
+def double(times: int) -> rt.Solid:
     """Return a tree of 2^times leaves that shares its sub-trees."""
     return functools.reduce(lambda solid, _: solid | solid, range(times), BALL - FLOOR)
 
 
 MAKERS = [left_deep, right_deep, complements, mixed_depth, row]
 DEEP = [pytest.param(lambda make=make: make(10_000), id=make.__name__) for make in MAKERS]
-DEEP.append(pytest.param(lambda: doubled(200), id="doubled"))
+DEEP.append(pytest.param(lambda: double(200), id="doubled"))
 
 
 @pytest.mark.parametrize("make", DEEP)
@@ -102,14 +102,14 @@ def test_the_repr_of_a_small_tree_has_operators() -> None:
 
 
 def test_shared_sub_trees_stay_shared_and_small() -> None:
-    solid = doubled(16)
+    solid = double(16)
     assert len(pickle.dumps(solid)) < 1000 and len(repr(solid)) < 1000
     others: list[Any] = [eval(repr(solid), names()), copy.deepcopy(solid), pickle.loads(pickle.dumps(solid))]
     for other in others:
-        assert other == solid and other.a is other.b and len(tree.distinct(other)) == 19
+        assert other == solid and other.a is other.b and len(tree.list_distinct(other)) == 19
     # Trees are equal whether or not they share sub-trees.
     apart = (BALL - FLOOR) | (rt.Sphere((0, 0, 0), 1) - rt.Plane((0, 1, 0), 0))
-    assert doubled(1) == apart and hash(doubled(1)) == hash(apart)
+    assert double(1) == apart and hash(double(1)) == hash(apart)
 
 
 def test_trees_with_any_difference_are_not_equal() -> None:

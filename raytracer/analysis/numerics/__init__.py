@@ -9,7 +9,7 @@ Other packages may use:
 
     ledger: ROWS, measure_ledger
     ledger_page: HEADING, summary, as_csv, as_markdown, number_text
-    findings: Finding, LedgerRow, worst
+    findings: Finding, LedgerRow, worst_findings
     fuzz: random_scene, measure_random_scenes
     pixel_errors: MATTE, measure_pixel_errors
     scene_transforms: enlarge_scene, move_scene

@@ -19,17 +19,19 @@ class Finding:
     note: str = ""
 
     @property
-    def kept(self) -> bool:
+    def is_within_bound(self) -> bool:
         """Whether the value is within its bound. A NaN is not."""
         return self.measured <= self.bound
 
 
-def worst(findings: Iterable[Finding]) -> list[Finding]:
+def worst_findings(findings: Iterable[Finding]) -> list[Finding]:
     """Return the largest finding for each row, measure and precision. Findings beyond their bounds come first."""
     groups: dict[object, list[Finding]] = {}
     for finding in findings:
         groups.setdefault((finding.row, finding.measure, finding.bits), []).append(finding)
-    return [max(group, key=lambda finding: (not finding.kept, finding.measured)) for group in groups.values()]
+    return [
+        max(group, key=lambda finding: (not finding.is_within_bound, finding.measured)) for group in groups.values()
+    ]
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from raytracer.analysis.numerics.findings import Finding, worst
-from raytracer.analysis.numerics.pixel_errors import measure_pixel_errors, unit
+from raytracer.analysis.numerics.findings import Finding, worst_findings
+from raytracer.analysis.numerics.pixel_errors import measure_pixel_errors, normalize
 from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.core.validation import InputError, Vec3
 from raytracer.ground_truth import ray_tracer
@@ -88,9 +88,9 @@ def _random_scene(structure: np.random.Generator, rng: np.random.Generator) -> S
     center = np.array(seen.center)
     eye = center + up * (seen.radius + height)
     # Look at the ball's surface, at its outline or beside it, in a picture about as wide as the ball.
-    target = center + seen.radius * unit(up + _log(rng, -1, 1) * _direction(rng))
+    target = center + seen.radius * normalize(up + _log(rng, -1, 1) * _direction(rng))
     fov = math.degrees(math.atan2(seen.radius, abs(height))) * _log(rng, -1, 0.6)
-    toward = unit(up + 1.2 * _direction(rng))
+    toward = normalize(up + 1.2 * _direction(rng))
     light = PointLight(tuple((center + toward * seen.radius * _log(rng, -1, 6)).tolist()), (1.0, 0.7, 0.4))
     camera = Camera(
         tuple(eye.tolist()), tuple(target.tolist()), tuple(_direction(rng).tolist()), min(max(fov, 1e-4), 179.9)
@@ -126,7 +126,9 @@ def measure_random_scenes(
                     ("radiance error, share of its bound", errors.radiance_share, 1),
                 )
             ]
-            findings = [f for f in findings if not f.kept] + worst([*(f for f in findings if f.kept), *new])
+            findings = [f for f in findings if not f.is_within_bound] + worst_findings(
+                [*(f for f in findings if f.is_within_bound), *new]
+            )
         if progress:
             progress(seed - start + 1)
     for (bits, kind), shares in doubts.items():
@@ -159,4 +161,4 @@ def _color(rng: np.random.Generator) -> Vec3:
 
 
 def _direction(rng: np.random.Generator) -> np.ndarray:
-    return unit(rng.normal(size=3))
+    return normalize(rng.normal(size=3))

@@ -23,7 +23,7 @@ def summary(rows: Iterable[LedgerRow]) -> list[list[str]]:
             (f.measured / f.bound for f in row.findings if f.bits == 32 and 0.0 < f.bound < math.inf), default=0.0
         )
         in_fact = [[f.measured for f in row.findings if f.bits == bits and IN_FACT in f.measure] for bits in (32, 64)]
-        broken = sum(not f.kept for f in row.findings)
+        broken = sum(not f.is_within_bound for f in row.findings)
         lines.append(
             [
                 row.findings[0].row,
@@ -42,7 +42,7 @@ def as_csv(findings: Sequence[Finding]) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*(field.name for field in fields(Finding)), "kept"])
     for finding in findings:
-        writer.writerow([*astuple(finding), finding.kept])
+        writer.writerow([*astuple(finding), finding.is_within_bound])
     return text.getvalue()
 
 
@@ -78,7 +78,7 @@ def _by_place(findings: list[Finding]) -> list[str]:
     bounds: dict[str, dict[str, None]] = {}
     for f in findings:
         text = number_text(f.measured)
-        cells.setdefault((f.at, f.measure), []).append(text if f.kept else f"**{text}**")
+        cells.setdefault((f.at, f.measure), []).append(text if f.is_within_bound else f"**{text}**")
         bounds.setdefault(f.measure, {})[number_text(f.bound)] = None
         if f.note:
             cells.setdefault((f.at, "note"), []).append(f.note)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.analysis.numerics.findings import Finding
-from raytracer.analysis.numerics.pixel_errors import MATTE, findings, invalid, unit
+from raytracer.analysis.numerics.pixel_errors import MATTE, count_invalid, measure_scene, normalize
 from raytracer.analysis.rounding_bounds import UNIT
 from raytracer.gpu import glsl_call
 from raytracer.ground_truth import ray_tracer
@@ -46,7 +46,7 @@ def self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
             fov = 2.2 * math.degrees(math.atan(radius / distance)) if outside else 170.0
             # Eight near lights and eight far lights, inside the sphere if the camera is inside.
             reach = np.repeat((2.0, 10.0 ** rng.uniform(1, 6)) if outside else (0.3, 0.95), 8)
-            places = unit(rng.normal(size=(16, 3))) * radius * reach[:, None]
+            places = normalize(rng.normal(size=(16, 3))) * radius * reach[:, None]
             lights = [PointLight(tuple(place), (2.0**i, 0, 0)) for i, place in enumerate(places.tolist())]
             up = (0.3, 1.0, 0.1) if abs(eye[1]) < 0.9 * distance else (1.0, 0.1, 0.3)
             camera = Camera(tuple(eye), tuple(look_at), up, min(fov, 170.0))
@@ -72,7 +72,7 @@ def highlight(renderer: Renderer, short: bool) -> Iterator[Finding]:
             value = glsl_call.call(
                 "mirrorLobe" if model == "phong" else "halfwayLobe", N, L, V, h, device=renderer.device
             )
-            n, l, v = (unit(vectors.astype(float)) for vectors in (N, L, V))
+            n, l, v = (normalize(vectors.astype(float)) for vectors in (N, L, V))
             a, b = (2.0 * _dot(n, l)[:, None] * n - l, v) if model == "phong" else (n, l + v)
             tangent = np.linalg.norm(np.cross(a, b), axis=1) / _dot(a, b)
             exact = np.exp(-0.5 * h * np.log1p(tangent**2))
@@ -98,15 +98,15 @@ def _near_highlight(model: str, h: float, count: int) -> list[NDArray[np.float32
     cosine = np.maximum(10.0 ** (-rng.uniform(0, 8, (count, 1)) / max(h, 1e-9)), 0.02)
 
     def turned(v: Array) -> Array:
-        return cosine * v + np.sqrt(1.0 - cosine**2) * unit(np.cross(v, rng.normal(size=v.shape)))
+        return cosine * v + np.sqrt(1.0 - cosine**2) * normalize(np.cross(v, rng.normal(size=v.shape)))
 
-    N = unit(rng.normal(size=(count, 3)))
+    N = normalize(rng.normal(size=(count, 3)))
     if model == "phong":
-        L = unit(N + 0.8 * unit(rng.normal(size=(count, 3))))
+        L = normalize(N + 0.8 * normalize(rng.normal(size=(count, 3))))
         V = turned(2.0 * _dot(N, L)[:, None] * N - L)
     else:
         H = turned(N)
-        L = unit(H + 0.5 * unit(rng.normal(size=(count, 3))))
+        L = normalize(H + 0.5 * normalize(rng.normal(size=(count, 3))))
         V = 2.0 * _dot(H, L)[:, None] * H - L
     return [vector.astype(np.float32) for vector in (N, L, V)]
 
@@ -115,7 +115,7 @@ def _highlight_on_a_ball(model: str, h: float) -> Scene:
     """Return a scene with nothing but a highlight, in a picture about twice as wide as the highlight."""
     material = Material(model, ka=0, kd=0, ks=1, h=h)
     P, N, eye = np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0)), np.array((0.3, 0.4, 5.0))
-    V = unit(eye - P)
+    V = normalize(eye - P)
     light = P + 6.0 * (2.0 * float(N @ V) * N - V)
     # Keep away from the outline, where a lobe with h < 1 is too steep for any bound.
     fov = min(12.0, math.degrees(8.0 / math.sqrt(max(h, 1e-9))) / 5.0)
@@ -139,7 +139,7 @@ def shadow_end(renderer: Renderer, short: bool) -> Iterator[Finding]:
             scene = Scene([wall, occluder], [light], camera)
             at = f"{name} 1e-6 {where}, light at {distance:g}"
             # All shadows may be in doubt: with 32 bits, 1e-6 is 8 units in the last place of 1, and 1 unit of 10.
-            for finding in findings(renderer, "shadow end", at, scene, (64, 48), dark=math.inf):
+            for finding in measure_scene(renderer, "shadow end", at, scene, (64, 48), dark=math.inf):
                 if finding.measure.endswith("shadows"):
                     yield finding
                 elif finding.measure.startswith("wrong in fact") and (distance == 1.0 or finding.bits == 64):
@@ -156,7 +156,7 @@ def light_on_a_surface(renderer: Renderer, short: bool) -> Iterator[Finding]:
         for eye in ((1.0, 2.5, 6.0), (0.2, 1.1, 0.3)):
             scene = Scene(objects, [PointLight(position)], Camera(eye, (0.1, 0.8, 0.0), vertical_fov=60))
             at = f"light at {position}, from {eye}"
-            yield from findings(renderer, "light on a surface", at, scene, (64, 48))
+            yield from measure_scene(renderer, "light on a surface", at, scene, (64, 48))
 
 
 def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -189,7 +189,7 @@ def valid_scenes(renderer: Renderer, short: bool) -> Iterator[Finding]:
                     lights = [PointLight(position, c, radius, "inverse_square") for radius in (0.0, 1e-6, 1.0)]
                 scene = Scene(objects, lights, Camera(eye, (0, 0, 0), vertical_fov=70), c, c)
                 image = renderer.render(scene, (32, 24), Settings(precision=bits, shadows=shadows))
-                bad += invalid(image)
+                bad += count_invalid(image)
             at = f"{model}, light {where}"
             yield Finding("valid scenes", at, bits, "NaN, infinite or negative values", bad, 0, "colours 0 to 1e12")
 

@@ -37,7 +37,7 @@ class PixelErrors:
     doubtful: float  # number of doubtful pixels over the number of pixels that show something
     lit: int  # number of sure pixels with a wrong shadow, or without a shadow that should be there
     unlit: float  # share of sure hit pixels with a doubtful shadow
-    anyhow: int  # number of pixels that are wrong in either way, doubtful or not
+    wrong_or_doubtful: int  # number of pixels that are wrong in either way, doubtful or not
     bad: int  # number of values that are not finite (except the background's depth), and of negative radiances
     depth_share: float  # largest error of the depth over its bound
     depth_median: tuple[float, float]  # median error, and median bound, in units in the last place of the depth
@@ -71,8 +71,8 @@ def measure_pixel_errors(renderer: Renderer, scene: Scene, size: tuple[int, int]
         doubtful=float(np.sum(~sure) / max(1, np.sum(shown))),
         lit=int(np.sum(dark & same_light)),
         unlit=float(np.sum(hit & pixel_doubt.unlit) / max(1, np.sum(hit))),
-        anyhow=int(np.sum(other | (shown & dark))),
-        bad=invalid(image),
+        wrong_or_doubtful=int(np.sum(other | (shown & dark))),
+        bad=count_invalid(image),
         depth_share=_largest(depth, pixel_doubt.depth[hit]),
         depth_median=(float(np.median(ulp)), float(np.median(bound))) if hit.any() else (0.0, 0.0),
         depth_largest=(float(ulp.max(initial=0.0)), float(bound.max(initial=0.0))),
@@ -81,14 +81,14 @@ def measure_pixel_errors(renderer: Renderer, scene: Scene, size: tuple[int, int]
     )
 
 
-def invalid(image: Image) -> int:
+def count_invalid(image: Image) -> int:
     """Count the invalid values of an image: NaN, infinite or negative radiance, and depths that are not above 0."""
     assert image.depth is not None and image.normal is not None
     bad = np.sum(~(image.radiance >= 0.0) | np.isinf(image.radiance)) + np.sum(~np.isfinite(image.normal))
     return int(bad + np.sum(~(image.depth > 0.0)))
 
 
-def unit(v: NDArray[np.float64]) -> NDArray[np.float64]:
+def normalize(v: NDArray[np.float64]) -> NDArray[np.float64]:
     """Normalize vectors (..., 3)."""
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
@@ -99,7 +99,7 @@ def _largest(error: NDArray[np.float64], bound: NDArray[np.float64]) -> float:
         return float(np.nan_to_num(error / bound, nan=0.0, posinf=np.inf).max(initial=0.0))
 
 
-def findings(
+def measure_scene(
     renderer: Renderer,
     row: str,
     at: str,
@@ -129,7 +129,7 @@ def findings(
             yield Finding(row, at, bits, "wrong shadows", errors.lit, 0)
             yield Finding(row, at, bits, "doubtful shadows, of those hit", errors.unlit, dark if bits == 32 else 0.05)
             yield Finding(row, at, bits, "radiance error, share of its bound", errors.radiance_share, 1)
-        yield Finding(row, at, bits, "wrong in fact, doubtful or not", errors.anyhow, math.inf)
+        yield Finding(row, at, bits, "wrong in fact, doubtful or not", errors.wrong_or_doubtful, math.inf)
         yield Finding(row, at, bits, "NaN, infinite or negative values", errors.bad, 0)
         yield Finding(row, at, bits, "depth error, ulp, median", *errors.depth_median)
         yield Finding(row, at, bits, "depth error, ulp, largest", *errors.depth_largest)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import msgspec
 
 from raytracer.core.validation import Vec3
-from raytracer.core.vectors import add, dot, scaled
+from raytracer.core.vectors import add, dot, scale_by
 from raytracer.scene.instances import Instances
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids import Plane, Primitive, Solid, Sphere, with_leaves
@@ -46,7 +46,7 @@ def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset
 
 def enlarge_scene(scene: Scene, by: float) -> Scene:
     """Multiply all lengths of `scene` by a factor, and return the new scene."""
-    return _transform(scene, lambda p: scaled(p, by), by, lambda plane: plane.offset * by)
+    return _transform(scene, lambda p: scale_by(p, by), by, lambda plane: plane.offset * by)
 
 
 def move_scene(scene: Scene, by: Vec3) -> Scene:

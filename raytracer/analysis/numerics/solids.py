@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from raytracer.analysis.numerics.findings import Finding
-from raytracer.analysis.numerics.pixel_errors import MATTE, findings
+from raytracer.analysis.numerics.pixel_errors import MATTE, measure_scene
 from raytracer.analysis.pixel_doubt import find_pixel_doubt
 from raytracer.compiler.limits import MAX_ROTH_LOOPS
 from raytracer.compiler.roth_bounds import roth_loops
@@ -47,7 +47,7 @@ def shells(renderer: Renderer, short: bool) -> Iterator[Finding]:
         # From 2^-18 on, the shell is thinner than the errors of both roots, 8 u each at a depth of 4.
         doubt, dark = 0.01 if k <= 17 else math.inf, 0.05 if k <= 15 else math.inf
         seen = _scene(inner, outer)
-        yield from findings(renderer, "shells", f"from outside, {at}", seen, SIZE, doubt=doubt, dark=dark)
+        yield from measure_scene(renderer, "shells", f"from outside, {at}", seen, SIZE, doubt=doubt, dark=dark)
         inside = Scene([outer - inner], [_LIGHT], Camera((0.2, 0.1, 0.3), (-0.3, -0.1, -1), vertical_fov=100))
         for bits in renderer.device.limits.precisions:
             image = renderer.render(inside, SIZE, Settings(precision=bits))
@@ -123,7 +123,7 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
     cut = [Sphere((0, 0, 0), 1, _RED) & half, Sphere((0.1, 0, 0), 0.9, _BLUE) - other_half]
     for evaluator in _evaluators(short):
         scene = _scene(*cut, eye=(0.4, 3.0, 3.0))
-        yield from findings(
+        yield from measure_scene(
             renderer, row, f"cut by both sides of a half-space, {evaluator}", scene, (65, 49), evaluator
         )
     if short:
@@ -131,7 +131,7 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
     for (name, solid), evaluator in itertools.product(touching.items(), EVALUATORS):
         for x in (0.0, 0.4):  # from the front, where the middle ray hits both surfaces, and from the side
             scene = _scene(solid, eye=(x, 0.7 * x + 0.5 * ("half-space" in name), 5.0))
-            yield from findings(renderer, row, f"{name}, {evaluator}, from x = {x:g}", scene, (65, 49), evaluator)
+            yield from measure_scene(renderer, row, f"{name}, {evaluator}, from x = {x:g}", scene, (65, 49), evaluator)
 
 
 def _count_different_pixels(image: Image, expected: Image | None) -> int:
@@ -168,7 +168,7 @@ def deep_trees(renderer: Renderer, short: bool) -> Iterator[Finding]:
             for evaluator in _evaluators(short):
                 if evaluator != "roth" or roth_loops(scene) <= MAX_ROTH_LOOPS:
                     at = f"{shape} of {count}, {evaluator}"
-                    yield from findings(renderer, "deep trees", at, scene, SIZE, evaluator)
+                    yield from measure_scene(renderer, "deep trees", at, scene, SIZE, evaluator)
 
 
 def camera_inside(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -194,4 +194,4 @@ def camera_inside(renderer: Renderer, short: bool) -> Iterator[Finding]:
             scene = Scene([trees[name]], [_LIGHT], Camera(eye, (0.03, -0.08, 0.11), vertical_fov=110))
             for evaluator in ("cells",) if short else EVALUATORS:
                 at = f"{name} from {inside}, {evaluator}"
-                yield from findings(renderer, "camera inside", at, scene, (48, 36), evaluator)
+                yield from measure_scene(renderer, "camera inside", at, scene, (48, 36), evaluator)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from raytracer.analysis.numerics.findings import Finding
-from raytracer.analysis.numerics.pixel_errors import MATTE, findings, unit
+from raytracer.analysis.numerics.pixel_errors import MATTE, measure_scene, normalize
 from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.analysis.rounding_bounds import UNIT
 from raytracer.core.validation import Vec3
@@ -37,7 +37,7 @@ def still_life() -> Scene:
 def scene_scale(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """The whole scene, 1e-6 to 1e6 times its size."""
     for power in (-6, 0, 6) if short else range(-6, 7):
-        yield from findings(renderer, "scene scale", f"1e{power}", enlarge_scene(still_life(), 10.0**power), SIZE)
+        yield from measure_scene(renderer, "scene scale", f"1e{power}", enlarge_scene(still_life(), 10.0**power), SIZE)
 
 
 def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -50,7 +50,7 @@ def distance_from_origin(renderer: Renderer, short: bool) -> Iterator[Finding]:
         away = 10.0**power * EXTENT
         scene = move_scene(home, (0.61 * away, 0.37 * away, -0.7 * away))
         at = f"1e{power} scene sizes"
-        yield from findings(renderer, row, at, scene, SIZE)
+        yield from measure_scene(renderer, row, at, scene, SIZE)
         # The effect of rounding the scene's own numbers so far from the origin. No precision of the shaders can
         # reduce it.
         image = renderer.render(scene, SIZE, Settings())
@@ -80,7 +80,7 @@ def far_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
         # A pixel is doubtful if half the chord is shorter than the errors of the roots at both its ends.
         share = (16.0 * UNIT[32] * distance / radius) ** 2
         doubt, dark = (0.001 + share, max(0.05, share)) if share < 1.0 else (math.inf, math.inf)
-        yield from findings(renderer, "sphere far away", at, scene, SIZE, doubt=doubt, dark=dark)
+        yield from measure_scene(renderer, "sphere far away", at, scene, SIZE, doubt=doubt, dark=dark)
 
 
 def beside_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -98,7 +98,7 @@ def beside_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
             # Seen from the other side, at a distance of 1e7, rounding may move a light 5 from the surface behind it.
             dark = math.inf if power == 7 and height < 0 else 0.05
             at = f"1e-3 {where} radius 1e{power}"
-            yield from findings(renderer, "beside a huge sphere", at, scene, SIZE, dark=dark)
+            yield from measure_scene(renderer, "beside a huge sphere", at, scene, SIZE, dark=dark)
 
 
 def on_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -110,8 +110,8 @@ def on_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
             up, other = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
             side = np.cross(up, other) / np.linalg.norm(np.cross(up, other))
             center = -radius * up
-            foot = center + radius * unit(radius * up + rng.uniform(-2.0, 2.0) * side)
-            ball = foot + sunk * unit(foot - center)
+            foot = center + radius * normalize(radius * up + rng.uniform(-2.0, 2.0) * side)
+            ball = foot + sunk * normalize(foot - center)
             light = 30.0 * (0.2 * up + side + rng.normal(size=3) * 0.3)
             eye = 6.0 * np.cross(up, side) + 1.5 * up
             scene = Scene(
@@ -119,7 +119,7 @@ def on_a_huge_sphere(renderer: Renderer, short: bool) -> Iterator[Finding]:
                 [PointLight(_point(light))],
                 Camera(_point(eye), _point(ball), _point(up), 60.0),
             )
-            yield from findings(renderer, "on a huge sphere", f"{sunk:g} above, radius 1e{power}", scene, SIZE)
+            yield from measure_scene(renderer, "on a huge sphere", f"{sunk:g} above, radius 1e{power}", scene, SIZE)
 
 
 def camera_on_a_surface(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -133,7 +133,7 @@ def camera_on_a_surface(renderer: Renderer, short: bool) -> Iterator[Finding]:
         for look_at in ((0.1, 0.7, 5.0), (0.2, 0.9, -3.0)):
             camera = Camera(eye, look_at, vertical_fov=100)
             scene = Scene([solid], [PointLight((0.3, 4.0, 2.0))], camera)
-            yield from findings(renderer, "camera on a surface", f"{at}, towards z = {look_at[2]:g}", scene, SIZE)
+            yield from measure_scene(renderer, "camera on a surface", f"{at}, towards z = {look_at[2]:g}", scene, SIZE)
 
 
 def field_of_view(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -150,7 +150,7 @@ def field_of_view(renderer: Renderer, short: bool) -> Iterator[Finding]:
         view = Scene(scene.objects, scene.lights, camera)
         # An outline is accurate to about 1e-6 radians, which are many pixels in a narrow field of view.
         doubt = 0.001 + 1e-6 / math.radians(fov)
-        yield from findings(renderer, "field of view", f"{fov:g} degrees", view, SIZE, doubt=doubt)
+        yield from measure_scene(renderer, "field of view", f"{fov:g} degrees", view, SIZE, doubt=doubt)
 
 
 def _point(v: np.ndarray) -> Vec3:

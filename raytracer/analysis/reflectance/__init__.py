@@ -7,11 +7,11 @@ plots.py and gallery.py present the results. All directions are in a frame whose
 
 Other packages may use:
 
-    properties: COMPLETE, MaterialProperties, measure_material, facets, unit_direction
-    verification: Verification, material_of, verify, verify_all
-    expectations: EXPECTATIONS, NOT_RECIPROCAL, Expectation, expectation_of
+    properties: COMPLETE, MaterialProperties, measure_material, measure_facets, unit_direction
+    verification: Verification, make_material, verify, verify_all
+    expectations: EXPECTATIONS, NOT_RECIPROCAL, Expectation, find_expectation
     tried_parameters: Parameters, tried_parameters
-    tables: print_checks, checks_json, print_models, models_json, markdown
+    tables: print_checks, checks_json, print_models, models_json, models_markdown
     plots: plot_materials, plot_lecture
     gallery: write_gallery
 """

@@ -32,18 +32,18 @@ class Expectation(msgspec.Struct, frozen=True):
     resolved: bool = True  # whether the quadrature must resolve all albedos
     law: bool = False
 
-    def fits(self, material: Material) -> bool:
+    def applies_to(self, material: Material) -> bool:
         """Whether the expectation is about this material."""
         return material.model == self.model and all(
             _matches(material.get(name), value) for name, value in self.when.items()
         )
 
 
-def expectation_of(material: Material) -> Expectation | None:
+def find_expectation(material: Material) -> Expectation | None:
     """Return the expectation for a material; None if there is none."""
     if not any(expectation.model == material.model for expectation in EXPECTATIONS):
         return None
-    rows = [expectation for expectation in EXPECTATIONS if expectation.fits(material)]
+    rows = [expectation for expectation in EXPECTATIONS if expectation.applies_to(material)]
     if rows and _f_parameters(material) in [
         _f_parameters(Material(material.model, **s)) for s in tried_parameters(material.model)
     ]:

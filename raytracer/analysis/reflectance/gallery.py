@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from raytracer.analysis.reflectance.pictures import draw_material
 from raytracer.analysis.reflectance.properties import COMPLETE
-from raytracer.core.output import Writer, check_output, written_whole
+from raytracer.core.output import Writer, check_output, write_atomically
 from raytracer.core.progress import Progress
 from raytracer.core.validation import number
 from raytracer.formats.material_library import published, read_collection
@@ -38,7 +38,7 @@ def write_gallery(
     merl: str | None,
     renderer: Renderer,
     progress: Progress | None,
-    write: Writer = written_whole,
+    write: Writer = write_atomically,
 ) -> None:
     """Write the gallery, whole or not at all.
 
@@ -53,16 +53,16 @@ def write_gallery(
     """
     output = check_output(path, (".png",))
     side = int(number(side, "--cell", 64, 2048, "pixels in [64, 2048]"))
-    cells = [(name, *shown) for name, shown in shown_materials().items()]
+    cells = [(name, *shown) for name, shown in gallery_materials().items()]
     if merl is not None:
         cells.append(("merl", Material("merl", file=merl), os.path.basename(merl)))
     # A column is as wide as its picture and its longest name; longer descriptions are wrapped.
     wide = max(side, *(math.ceil(_length(name, _NAME_SIZE)) for name, _, _ in cells))
-    descriptions = [_wrapped(about, wide, ", ") for _, _, about in cells]
+    descriptions = [_wrap(about, wide, ", ") for _, _, about in cells]
     below = 2 + _NAME_SIZE + 4 + max(map(len, descriptions)) * (_SMALL_SIZE + 3)
     columns = min(_COLUMNS, len(cells))
     width = columns * (wide + _GAP) - _GAP + 2 * _MARGIN
-    caption = _wrapped(_CAPTION, width - 2 * _MARGIN)
+    caption = _wrap(_CAPTION, width - 2 * _MARGIN)
     bottom = _MARGIN + -(-len(cells) // _COLUMNS) * (side + below + _GAP)
     sheet = Image.new("RGB", (width, bottom + len(caption) * (_SMALL_SIZE + 4) + _MARGIN), _PAPER)
     for i, (name, material, _) in enumerate(cells):
@@ -86,7 +86,7 @@ def _length(text: str, size: int) -> float:
     return ImageFont.load_default(size * _OVERSAMPLING).getlength(text) / _OVERSAMPLING
 
 
-def _wrapped(text: str, width: float, separator: str = " ") -> list[str]:
+def _wrap(text: str, width: float, separator: str = " ") -> list[str]:
     """Split a text at some separators into lines of at most this width in pixels. A single part may be wider."""
     lines = [""]
     for part in text.split(separator):
@@ -108,7 +108,7 @@ def _write_line(sheet: Image.Image, place: tuple[int, int], text: str, color: tu
     )
 
 
-def shown_materials() -> dict[str, tuple[Material, str]]:
+def gallery_materials() -> dict[str, tuple[Material, str]]:
     """Return a typical material of each model, and its description."""
     # At 650, 550 and 450 nm (Johnson and Christy 1972), as in assets/materials/conductors.toml.
     table = read_collection("conductors")["copper"]

@@ -23,14 +23,14 @@ _FILL_SHARE = 0.35
 _GREY = 0.42
 
 
-def light_of(material: Material) -> float:
+def white_light(material: Material) -> float:
     """Return the light's colour that makes a white diffuse material white: pi, or 1 for models without 1/pi."""
     return 1.0 if material.model in WITHOUT_PI else math.pi
 
 
-def scene_of(material: Material) -> Scene:
+def make_scene(material: Material) -> Scene:
     """Return the scene with this material. Without ambient light, it shows the reflectance alone."""
-    light = light_of(material)
+    light = white_light(material)
     ball = Sphere((0.0, 1.0, 0.0), 1.0, material) - Sphere((0.62, 1.72, 0.72), 0.62, material)
     small = Sphere((1.02, 0.3, 0.86), 0.3, material)
     grey = Material("phong", kd=_GREY, ks=0.0) if light == 1.0 else Material("lambert", rho=_GREY)
@@ -49,5 +49,5 @@ def _grey(value: float) -> Vec3:
 
 def draw_material(material: Material, side: int, samples: int, renderer: Renderer) -> NDArray[np.uint8]:
     """Render the material's scene as a square sRGB picture (side, side, 3)."""
-    image = renderer.render(scene_of(material), (side, side), Settings(samples=samples))
+    image = renderer.render(make_scene(material), (side, side), Settings(samples=samples))
     return encode_srgb8(image.radiance)

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from raytracer.analysis.figures import CURVE_STYLES, DOTS_PER_INCH, new_figure, plain_axes, save_figure, set_text
-from raytracer.analysis.reflectance.pictures import draw_material, light_of
+from raytracer.analysis.reflectance.pictures import draw_material, white_light
 from raytracer.analysis.reflectance.properties import DEGREES, MaterialProperties, measure_material, unit_direction
 from raytracer.analysis.reflectance.quadrature import Array
-from raytracer.core.output import Writer, written_whole
+from raytracer.core.output import Writer, write_atomically
 from raytracer.core.progress import Progress
 from raytracer.gpu.device import Device
 from raytracer.rendering.brdf import evaluate
@@ -57,7 +57,7 @@ def plot_materials(
     materials: Sequence[tuple[str, Material]],
     renderer: Renderer,
     progress: Progress | None = None,
-    write: Writer = written_whole,
+    write: Writer = write_atomically,
 ) -> None:
     """Write a figure with a column for each material: lobes in the plane of incidence, albedos, and a lit ball.
 
@@ -83,7 +83,9 @@ def plot_materials(
         ball = _add_axes(figure, middle - _SIDE / 2.0, bottom, _SIDE, _SIDE)
         ball.imshow(draw_material(material, round(_SIDE * DOTS_PER_INCH), 16, renderer))
         ball.set_axis_off()
-        ball.set_title(f"lights of colour {'1 and 0.35' if light_of(material) == 1.0 else 'π and 0.35 π'}", fontsize=8)
+        ball.set_title(
+            f"lights of colour {'1 and 0.35' if white_light(material) == 1.0 else 'π and 0.35 π'}", fontsize=8
+        )
     longest = max(float(f.max()) for column in columns for _, f in column.lobes)
     top = max(_highest_shown(column.properties) for column in columns)
     for i, column in enumerate(columns):
@@ -236,7 +238,7 @@ def _draw_albedo(axes: Any, properties: MaterialProperties, top: float) -> None:
         axes.legend(fontsize=7, loc="best")
 
 
-def plot_lecture(path: Path, h: float | None, device: Device, write: Writer = written_whole) -> None:
+def plot_lecture(path: Path, h: float | None, device: Device, write: Writer = write_atomically) -> None:
     """Write a figure of Phong's (R.V)^h and Blinn's (N.H)^(4 h), both computed by the shaders, and of their difference.
 
     Columns: the viewer in the plane of incidence, and across the plane, where the two differ most. All panels of a row
@@ -258,7 +260,7 @@ def plot_lecture(path: Path, h: float | None, device: Device, write: Writer = wr
     for column, across in enumerate((False, True)):
         both, apart = panels[:, column]
         for i, (degrees, (color, marker, _)) in enumerate(zip(_INCIDENCE, CURVE_STYLES, strict=True)):
-            wi, wo = unit_direction(degrees, 180.0), _around(unit_direction(degrees), off, across)
+            wi, wo = unit_direction(degrees, 180.0), _directions_around(unit_direction(degrees), off, across)
             up = wo[:, 2] > 0.0
             r, n = (evaluate(m, wi, wo[up], device=device)[:, 0].astype(float) for m in (phong, blinn))
             # Markers of coinciding curves stand side by side.
@@ -285,7 +287,7 @@ def plot_lecture(path: Path, h: float | None, device: Device, write: Writer = wr
     save_figure(figure, path, f"Phong's and Blinn's highlight, h = {h:g}", write)
 
 
-def _around(axis: Array, angles: Array, across: bool) -> Array:
+def _directions_around(axis: Array, angles: Array, across: bool) -> Array:
     """Return directions at angles to an axis in the plane y = 0: in it, positive downwards, or across it."""
     side = np.array([0.0, 1.0, 0.0]) if across else np.array([axis[2], 0.0, -axis[0]])
     return np.cos(angles)[:, None] * axis + np.sin(angles)[:, None] * side

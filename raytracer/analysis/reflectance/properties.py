@@ -12,7 +12,16 @@ from functools import lru_cache
 import msgspec
 import numpy as np
 
-from raytracer.analysis.reflectance.quadrature import NORMAL, Array, Fineness, Rule, about_all, facing, halfway, polar
+from raytracer.analysis.reflectance.quadrature import (
+    NORMAL,
+    Array,
+    Fineness,
+    Rule,
+    facing_rule,
+    halfway_rule,
+    polar_rule,
+    union_rule,
+)
 from raytracer.compiler.material_layout import make_layout
 from raytracer.gpu.device import Device
 from raytracer.rendering.brdf import call, evaluate
@@ -130,7 +139,7 @@ def measure_material(
     albedos = _albedos(material, degrees, seen, mirrored, beams=False)
     is_reciprocal = reciprocity <= most_reciprocity(material)
     beams = albedos if is_reciprocal else _albedos(material, degrees, seen, mirrored, beams=True)
-    sums = facets(material, device=device) if distribution_of(material) else None
+    sums = measure_facets(material, device=device) if facet_distribution(material) else None
     return MaterialProperties(material, seen.least, seen.finite, reciprocity, albedos, beams, delta, sums)
 
 
@@ -214,7 +223,7 @@ def _factors(material: Material) -> list[tuple[float, ...]]:
 def _rule(material: Material, w: Array, fine: Fineness) -> Rule:
     if material.get("lobes"):
         axes = _normalize(np.array(_factors(material)) * w)
-        return about_all([axes[i] for i in np.unique(np.round(axes, 6), axis=0, return_index=True)[1]], fine)
+        return union_rule([axes[i] for i in np.unique(np.round(axes, 6), axis=0, return_index=True)[1]], fine)
     return _known_rule(material.model, tuple(w), fine)
 
 
@@ -222,10 +231,10 @@ def _rule(material: Material, w: Array, fine: Fineness) -> Rule:
 def _known_rule(model: str, w: tuple[float, ...], fine: Fineness) -> Rule:
     """Return the rule of a model without `lobes`. It is cached, because verifications use coarse rules many times."""
     if model in _WITHOUT_LOBES:
-        return polar(NORMAL, fine, kinks=np.array(w))
+        return polar_rule(NORMAL, fine, kinks=np.array(w))
     if model in _ABOUT_MIRROR:
-        return polar(np.array(w) * (-1.0, -1.0, 1.0), fine)
-    return halfway(np.array(w), fine)
+        return polar_rule(np.array(w) * (-1.0, -1.0, 1.0), fine)
+    return halfway_rule(np.array(w), fine)
 
 
 def _albedos(
@@ -281,21 +290,23 @@ def _mirrored(material: Material, degrees: Sequence[float], device: Device | Non
     return call(f"{material.model}Mirrored", material, NORMAL, views, device=device).astype(float)
 
 
-def distribution_of(material: Material) -> str | None:
+def facet_distribution(material: Material) -> str | None:
     """Return the name of the facets' distribution, if the model has facets with Smith's masking; else None."""
     return material.model if material.model in ("ggx", "beckmann") else material.get("distribution")
 
 
-def facets(material: Material, degrees: Sequence[float] = _FACET_DEGREES, device: Device | None = None) -> Facets:
+def measure_facets(
+    material: Material, degrees: Sequence[float] = _FACET_DEGREES, device: Device | None = None
+) -> Facets:
     """Integrate a material's distribution D and masking G1 for viewers at these angles, in degrees."""
-    kind = distribution_of(material)
+    kind = facet_distribution(material)
     viewers = [unit_direction(angle) for angle in degrees]
     cosines = np.array([wo[2] for wo in viewers])
     masking = cosines / call(f"{kind}Slope", material, cosines, device=device)
 
     def off(fine: Fineness) -> tuple[Array, Array]:
         """Return the differences from 1 of the two integrals, for each viewer."""
-        rules = [facing(wo, fine) for wo in viewers]
+        rules = [facing_rule(wo, fine) for wo in viewers]
         counts = [len(weights) for _, weights in rules]
         m, weights = (np.concatenate([rule[i] for rule in rules]) for i in (0, 1))
         wo, g1 = np.repeat(viewers, counts, axis=0), np.repeat(masking / cosines, counts)

@@ -43,7 +43,7 @@ class Fineness(msgspec.Struct, frozen=True):
         return Fineness(max(2, round(self.panel * factor)), max(2, round(self.azimuths * factor)), self.whole)
 
 
-def halfway(w: Array, fine: Fineness) -> Rule:
+def halfway_rule(w: Array, fine: Fineness) -> Rule:
     """Return a rule in polar coordinates of the halfway vector H between its directions and a unit direction `w` (3,).
 
     In these coordinates, lobes in N.H have the same shape for any `w`; in coordinates of the directions themselves they
@@ -58,10 +58,10 @@ def halfway(w: Array, fine: Fineness) -> Rule:
     H = _spherical(angle[:, None], azimuth, x, y, NORMAL)
     w_h = H @ w
     directions = 2.0 * w_h[..., None] * H - w
-    return _above(directions, 4.0 * w_h * np.sin(angle)[:, None] * width[:, None] * share)
+    return _keep_above(directions, 4.0 * w_h * np.sin(angle)[:, None] * width[:, None] * share)
 
 
-def polar(axis: Array, fine: Fineness, kinks: Array | None = None) -> Rule:
+def polar_rule(axis: Array, fine: Fineness, kinks: Array | None = None) -> Rule:
     """Return a rule in polar coordinates about a unit direction (3,), which may be below the horizon.
 
     `kinks` is a direction at which the integrand may have kinks: at its angle to the axis, and at right angles to its
@@ -79,10 +79,10 @@ def polar(axis: Array, fine: Fineness, kinks: Array | None = None) -> Rule:
     if tilt > 0.0:
         x = NORMAL * np.sin(tilt) - np.cos(tilt) * x  # at right angles to the axis, upwards
     directions = _spherical(angle[:, None], azimuth, x, y, axis)
-    return _above(directions, np.sin(angle)[:, None] * width[:, None] * share)
+    return _keep_above(directions, np.sin(angle)[:, None] * width[:, None] * share)
 
 
-def about_all(axes: Sequence[Array], fine: Fineness) -> Rule:
+def union_rule(axes: Sequence[Array], fine: Fineness) -> Rule:
     """Return a rule that resolves lobes around several axes: the union of polar rules about each axis.
 
     Weights are combined by the balance heuristic (Veach and Guibas 1995), from the densities of the rules' directions.
@@ -94,20 +94,20 @@ def about_all(axes: Sequence[Array], fine: Fineness) -> Rule:
 
     parts = []
     for axis in axes:
-        directions, weights = polar(axis, fine)
+        directions, weights = polar_rule(axis, fine)
         whole = np.sum([density(other, directions) for other in axes], axis=0)
         parts.append((directions, weights * density(axis, directions) / whole))
     return np.concatenate([d for d, _ in parts]), np.concatenate([w for _, w in parts])
 
 
-def facing(w: Array, fine: Fineness) -> Rule:
+def facing_rule(w: Array, fine: Fineness) -> Rule:
     """Return a rule over directions above the horizon that face a unit direction `w` (3,), polar about the normal."""
     tilt = _tilt(w)
     x, y = _across(w)
     angle, width = _angles([np.pi / 2 - tilt, np.pi / 2], fine.panel)
     azimuth, share = _azimuths(_visible(angle, tilt), fine, ())
     directions = _spherical(angle[:, None], azimuth, x, y, NORMAL)
-    return _above(directions, np.sin(angle)[:, None] * width[:, None] * share)
+    return _keep_above(directions, np.sin(angle)[:, None] * width[:, None] * share)
 
 
 _legendre = cache(np.polynomial.legendre.leggauss)
@@ -178,7 +178,7 @@ def _azimuths(limit: Array, fine: Fineness, kinks: Sequence[float]) -> Rule:
     return np.concatenate([nodes, -nodes], axis=1), np.concatenate([weights, weights], axis=1)
 
 
-def _above(directions: Array, weights: Array) -> Rule:
+def _keep_above(directions: Array, weights: Array) -> Rule:
     directions, weights = directions.reshape(-1, 3), weights.ravel()
     keep = (directions[:, 2] > 0.0) & (weights > 0.0)
     return directions[keep], weights[keep]

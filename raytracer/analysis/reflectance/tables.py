@@ -35,9 +35,9 @@ def print_checks(checks: Sequence[Verification]) -> None:
     )
     print_lines("furnace, (vi): difference from 1 of the weak white furnace test, and of the area of visible facets")
     for check in checks:
-        for differs in check.differs:
+        for differs in check.differences:
             print_lines(f"{check.name} {parameters_text(check.parameters)}: {differs}".replace("  ", " "))
-    wrong = sum(bool(check.differs) for check in checks)
+    wrong = sum(bool(check.differences) for check in checks)
     without = sum(check.expectation is None for check in checks)
     partly = sum(check.expectation is not None and check.expectation.conserving is None for check in checks)
     parts = [f"{len(checks)} measured, {f'{wrong} not' if wrong else 'all'} as expected"]
@@ -63,7 +63,7 @@ def _row(check: Verification) -> list[str]:
 
 
 def _outcome(check: Verification) -> str:
-    if check.differs:
+    if check.differences:
         return "DIFFERS"
     if check.expectation is None:
         return "-"
@@ -123,7 +123,7 @@ def _check_json(check: Verification) -> dict[str, Any]:
         and {name: getattr(properties.facets, name) for name in ("furnace", "normals", "error")},
         "expected": expectation
         and {"reciprocal": expectation.reciprocal, "conserving": expectation.conserving, "why": expectation.why},
-        "differs": check.differs,
+        "differs": check.differences,
     }
 
 
@@ -147,12 +147,12 @@ def _json(value: Any) -> str:
     return json.dumps(plain(value), indent=1, allow_nan=False)
 
 
-def properties_in_words(checks: Sequence[Verification]) -> dict[str, str]:
+def describe_properties(checks: Sequence[Verification]) -> dict[str, str]:
     """Describe whether a model is reciprocal and conserves energy, and for which part of its range."""
-    return {name: _over_range(checks, name) for name in ("reciprocal", "conserving")}
+    return {name: _describe_over_range(checks, name) for name in ("reciprocal", "conserving")}
 
 
-def _over_range(checks: Sequence[Verification], name: str) -> str:
+def _describe_over_range(checks: Sequence[Verification], name: str) -> str:
     by_answer = {answer: [c for c in checks if getattr(c.properties, name) is answer] for answer in (True, False, None)}
     yes, no, open_ = by_answer.values()
 
@@ -175,7 +175,7 @@ def print_models(models: Sequence[str], measured: Mapping[str, Sequence[Verifica
         model = MODELS[name]
         print_lines("", f"{name}: {model.about} ({model.source})")
         if checks := measured.get(name):
-            answers = properties_in_words(checks)
+            answers = describe_properties(checks)
             print_lines(f"reciprocal: {answers['reciprocal']}; conserving: {answers['conserving']}")
         else:
             print_lines("not measured: the model needs a file")
@@ -232,7 +232,7 @@ def _default_text(value: Any) -> str:
     return _value_text(value)
 
 
-def markdown() -> str:
+def models_markdown() -> str:
     """Return the text of docs/models.md: the models with their parameters and expectations."""
     ambient, emission = map(_parameter_row, (MODELS["phong"].parameters[name] for name in ("ka", "le")))
     ambient[_COLUMNS.index("default")] += " (phong, blinn), 0 (others)"
@@ -264,7 +264,7 @@ def markdown() -> str:
                 ["---"] * 6,
                 *(
                     [
-                        _where(row.when),
+                        _condition_text(row.when),
                         "law" if row.law else "",
                         _ANSWERS[row.reciprocal],
                         _ANSWERS[row.conserving],
@@ -280,7 +280,7 @@ def markdown() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _where(when: Parameters) -> str:
+def _condition_text(when: Parameters) -> str:
     def text(name: str, value: Any) -> str:
         return (
             f"{name} {value[0]:g} to {value[1]:g}"

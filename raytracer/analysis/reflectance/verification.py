@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from raytracer.analysis.reflectance.closed_forms import ALBEDOS
-from raytracer.analysis.reflectance.expectations import Expectation, expectation_of
+from raytracer.analysis.reflectance.expectations import Expectation, find_expectation
 from raytracer.analysis.reflectance.properties import DEGREES, RESOLVED, MaterialProperties, measure_material
 from raytracer.analysis.reflectance.tried_parameters import Parameters, tried_parameters
 from raytracer.core.progress import Progress
@@ -36,7 +36,7 @@ class Verification(msgspec.Struct, frozen=True):
     parameters: Parameters
     properties: MaterialProperties
     expectation: Expectation | None
-    differs: list[str]
+    differences: list[str]
 
 
 def verify(
@@ -46,12 +46,12 @@ def verify(
 
     Raises InputError for an unknown name or a wrong parameter.
     """
-    properties = measure_material(material_of(name, parameters), degrees, device)
-    expectation = expectation_of(properties.material) if name in MODELS else None
+    properties = measure_material(make_material(name, parameters), degrees, device)
+    expectation = find_expectation(properties.material) if name in MODELS else None
     return Verification(name, parameters, properties, expectation, list(_differences(properties, expectation)))
 
 
-def material_of(name: str, parameters: Parameters) -> Material:
+def make_material(name: str, parameters: Parameters) -> Material:
     """Return the material of a model, or a published material, with some parameters replaced."""
     return Material(name, **parameters) if name in MODELS else MaterialLibrary().material(name).replace(**parameters)
 

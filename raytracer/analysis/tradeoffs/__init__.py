@@ -11,8 +11,8 @@ Other packages may use:
     approximations: add_approximations
     measurement: Result, Tradeoffs, measure_tradeoffs
     data_files: as_csv, as_json
-    summaries: shadow_differences, slopes
+    summaries: shadow_differences, fit_slopes
     page: FILES, write_page, write_tables
     trials: Trial, Trials
-    tune: Tuned, tune, grid, candidates_for_error
+    tune: Tuned, tune, list_candidates, candidates_for_error
 """

@@ -42,8 +42,8 @@ def add_approximations(plan: Plan, scene: Scene, extent: Extent, renderer: Rende
     for series in _series(extent, renderer):
         name = f"{series.knob}: {series.exact[0]}"
         try:
-            exact = with_materials(scene, series.exact[1])
-            others = [(label, with_materials(scene, change)) for label, change in series.others]
+            exact = replace_materials(scene, series.exact[1])
+            others = [(label, replace_materials(scene, change)) for label, change in series.others]
         except InputError as error:
             plan.left_out.append((series.knob, str(error)))
             continue
@@ -52,7 +52,7 @@ def add_approximations(plan: Plan, scene: Scene, extent: Extent, renderer: Rende
             plan.configurations.append(Configuration((series.knob,), label, name, settings, scene=changed))
 
 
-def with_materials(scene: Scene, change: Change) -> Scene:
+def replace_materials(scene: Scene, change: Change) -> Scene:
     """Return `scene` with each material replaced by `change`."""
     new = {material: change(material) for material in scene.materials}
 

@@ -131,34 +131,34 @@ def plan(scene: Scene, extent: Extent = FULL, file_settings: SettingsPatch = EMP
 
 def _configurations(extent: Extent, base: Settings) -> Iterator[Configuration]:
     for n in extent.samples:
-        yield configuration("samples", base, samples=n)
+        yield make_configuration("samples", base, samples=n)
     for n in extent.shadow_samples:
-        yield configuration("error estimate", base, samples=n, estimates=True)
+        yield make_configuration("error estimate", base, samples=n, estimates=True)
     for sequence in SEQUENCES:
         for n in extent.sequence_samples:
-            yield configuration("sequence", base, samples=n, sequence=sequence)
+            yield make_configuration("sequence", base, samples=n, sequence=sequence)
             if n <= max(extent.rays):
-                yield configuration("sequence, soft shadows", base, samples=n, sequence=sequence, shadows="soft")
-    yield configuration("sequence", base, samples=1)
+                yield make_configuration("sequence, soft shadows", base, samples=n, sequence=sequence, shadows="soft")
+    yield make_configuration("sequence", base, samples=1)
     for n in extent.adaptive_samples:
-        yield configuration("adaptive", base, samples=n)
+        yield make_configuration("adaptive", base, samples=n)
         for threshold in extent.thresholds:
-            yield configuration("adaptive", base, samples=n, adaptive=threshold)
+            yield make_configuration("adaptive", base, samples=n, adaptive=threshold)
     for error in extent.errors:
-        yield configuration("max error", base, samples=4096, max_error=error)
+        yield make_configuration("max error", base, samples=4096, max_error=error)
     for kind in get_args(Shadows):
         for n in extent.rays if kind == "soft" else extent.shadow_samples:
-            yield configuration("shadows", base, samples=n, shadows=kind)
+            yield make_configuration("shadows", base, samples=n, shadows=kind)
     for precision in (32, 64):
-        yield configuration("precision", base, samples=extent.one, precision=precision)
+        yield make_configuration("precision", base, samples=extent.one, precision=precision)
     for evaluator in get_args(Evaluator):
-        yield configuration("evaluator", base, samples=extent.one, evaluator=evaluator)
+        yield make_configuration("evaluator", base, samples=extent.one, evaluator=evaluator)
     for n in extent.scale_samples:
         for scale in (1.0, *extent.scales):
-            yield configuration("resolution", base, scale, samples=n)
+            yield make_configuration("resolution", base, scale, samples=n)
 
 
-def configuration(
+def make_configuration(
     knob: str, base: Settings, scale: float = 1.0, *, estimates: bool = False, **changes: Any
 ) -> Configuration:
     """Return the configuration of `base` with some changes, and with a label that names them."""

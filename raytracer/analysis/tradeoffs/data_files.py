@@ -8,7 +8,7 @@ import json
 from typing import Any
 
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
-from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
+from raytracer.analysis.tradeoffs.summaries import fit_slopes, shadow_differences
 from raytracer.scene.settings_patch import SettingsPatch, flags, minimal_patch
 
 _FIELDS: tuple[str, ...] = (
@@ -94,14 +94,14 @@ def as_json(trade: Tradeoffs) -> str:
             name: {
                 "kind": reference.kind,
                 "rmse": reference.error,
-                "uncertain": reference.uncertain,
+                "uncertain": reference.is_uncertain,
                 "resolved": reference.resolved_from,
             }
             for name, reference in trade.references.items()
         },
         "left_out": dict(trade.plan.left_out),
         "slopes": {
-            name: {label: fit and {"p": fit[0], "c": fit[1]} for label, fit in slopes(trade, knob).items()}
+            name: {label: fit and {"p": fit[0], "c": fit[1]} for label, fit in fit_slopes(trade, knob).items()}
             for name, knob in (("hard", "sequence"), ("soft", "sequence, soft shadows"))
         },
         "shadows": shadow_differences(trade),

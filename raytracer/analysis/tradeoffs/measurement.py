@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from raytracer.analysis.image_difference import Comparison, compare
 from raytracer.analysis.machine import describe_machine
 from raytracer.analysis.tradeoffs.configurations import Configuration, Plan, Target
-from raytracer.analysis.tradeoffs.pareto import beaten_by
+from raytracer.analysis.tradeoffs.pareto import find_dominating
 from raytracer.analysis.tradeoffs.targets import GPU_SAMPLES, Reference, ReferenceMethod, make_reference
 from raytracer.compiler.glsl.preprocessor import ShaderError
 from raytracer.core.progress import Progress
@@ -114,7 +114,7 @@ def measure_tradeoffs(
             with bar(f"measuring {target.name} {place}") as progress:
                 for configuration in plan.configurations:
                     if configuration.target == target.name:
-                        trade.results.append(_first(configuration, trade, renderer))
+                        trade.results.append(_measure_first(configuration, trade, renderer))
                         if progress:
                             progress(len(trade.results), total)
         with bar(f"timing all {len(trade.results)} configurations in turns, {rounds} times") as progress:
@@ -133,7 +133,7 @@ def measure_tradeoffs(
     return trade
 
 
-def _first(configuration: Configuration, trade: Tradeoffs, renderer: Renderer) -> Result:
+def _measure_first(configuration: Configuration, trade: Tradeoffs, renderer: Renderer) -> Result:
     """Compile the programs, and measure a configuration's error and its time in the first round."""
     target, reference = trade.plan.targets[configuration.target], trade.references[configuration.target]
     result = Result(configuration, [])
@@ -167,11 +167,11 @@ def time_picture(
         estimates=configuration.estimates,
     )
     if configuration.scale != 1.0:
-        image = msgspec.structs.replace(image, radiance=resized(image.radiance, size))
+        image = msgspec.structs.replace(image, radiance=resize_picture(image.radiance, size))
     return image, time.perf_counter() - begin
 
 
-def resized(radiance: NDArray[Any], size: tuple[int, int]) -> NDArray[np.float32]:
+def resize_picture(radiance: NDArray[Any], size: tuple[int, int]) -> NDArray[np.float32]:
     """Resize a picture (H, W, 3): by averages over boxes if it becomes smaller, else bilinearly."""
     from PIL import Image as Pillow
 
@@ -186,5 +186,5 @@ def _judge(trade: Tradeoffs) -> None:
         results = trade.results_for(name)
         floor = reference.resolved_from
         points = [(result.median, max(result.error.rmse, floor) if result.error else floor) for result in results]
-        for result, other in zip(results, beaten_by(points), strict=True):
+        for result, other in zip(results, find_dominating(points), strict=True):
             result.beaten_by = None if other is None else results[other].configuration.label

@@ -17,10 +17,10 @@ from raytracer.analysis.tradeoffs import plots
 from raytracer.analysis.tradeoffs.configurations import MAIN
 from raytracer.analysis.tradeoffs.data_files import as_csv, as_json
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
-from raytracer.analysis.tradeoffs.strips import Tile, strips
-from raytracer.analysis.tradeoffs.summaries import shadow_differences, slopes
+from raytracer.analysis.tradeoffs.strips import Tile, make_strips
+from raytracer.analysis.tradeoffs.summaries import fit_slopes, shadow_differences
 from raytracer.analysis.tradeoffs.targets import RESOLVED_FROM
-from raytracer.core.output import Writer, written_whole
+from raytracer.core.output import Writer, write_atomically
 from raytracer.rendering.renderer import Renderer
 
 FILES = "trade.csv", "trade.json", "trade.html"
@@ -54,7 +54,7 @@ _HOW = (
 )
 
 
-def write_tables(trade: Tradeoffs, folder: Path, write: Writer = written_whole) -> None:
+def write_tables(trade: Tradeoffs, folder: Path, write: Writer = write_atomically) -> None:
     """Write trade.csv and trade.json into `folder`. Raises OSError.
 
     The caller writes the tables before the report, because the report renders pictures, which may fail.
@@ -64,7 +64,7 @@ def write_tables(trade: Tradeoffs, folder: Path, write: Writer = written_whole) 
     _write(folder / data, as_json(trade), write)
 
 
-def write_page(trade: Tradeoffs, renderer: Renderer, folder: Path, write: Writer = written_whole) -> Path:
+def write_page(trade: Tradeoffs, renderer: Renderer, folder: Path, write: Writer = write_atomically) -> Path:
     """Write trade.html into `folder` and return its path. If this fails, remove an older trade.html from the folder.
 
     Raises InputError, OSError.
@@ -97,7 +97,7 @@ def as_html(trade: Tradeoffs, renderer: Renderer) -> str:
         "</ul>",
         *_main(trade),
         *_sequences(trade),
-        *_strips(strips(trade, renderer)),
+        *_strips(make_strips(trade, renderer)),
         *_shadows(trade),
         *_approximations(trade),
         *_all(trade),
@@ -128,7 +128,7 @@ def _sequences(trade: Tradeoffs) -> Iterable[str]:
         if trade.results_for_knob(knob):
             yield f"<h2>Error against samples, {shadows}</h2>"
             yield _plot(plots.error_against_samples(trade, knob), f"error-against-samples-{shadows.replace(' ', '-')}")
-            rows = [(name, f"{fit[0]:.2f}", f"{fit[1]:.2g}") for name, fit in slopes(trade, knob).items() if fit]
+            rows = [(name, f"{fit[0]:.2f}", f"{fit[1]:.2g}") for name, fit in fit_slopes(trade, knob).items() if fit]
             yield _rows(("sequence", "p in error = c n^(-p)", "c"), rows) if rows else ""
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 
-def beaten_by(points: Sequence[tuple[float, float]]) -> list[int | None]:
+def find_dominating(points: Sequence[tuple[float, float]]) -> list[int | None]:
     """Return for each point (seconds, error) the index of the fastest point that dominates it; None on the front.
 
     A point dominates another if it is neither slower nor less accurate, and is faster or more accurate.
@@ -24,7 +24,7 @@ def beaten_by(points: Sequence[tuple[float, float]]) -> list[int | None]:
     return winners
 
 
-def slope(counts: Sequence[float], errors: Sequence[float]) -> tuple[float, float] | None:
+def fit_slope(counts: Sequence[float], errors: Sequence[float]) -> tuple[float, float] | None:
     """Fit error = c n^-p by least squares of the logarithms, and return (p, c); None for fewer than 2 points."""
     if len(counts) < 2:
         return None

@@ -16,7 +16,7 @@ from raytracer.analysis.figures import (
     set_text,
 )
 from raytracer.analysis.tradeoffs.measurement import Result, Tradeoffs
-from raytracer.analysis.tradeoffs.summaries import slopes
+from raytracer.analysis.tradeoffs.summaries import fit_slopes
 from raytracer.scene.settings import Settings
 
 # Known rates of convergence, as lines to compare with: independent points, and evenly spread points on edges.
@@ -93,7 +93,7 @@ def error_against_samples(trade: Tradeoffs, knob: str) -> Any:
     figure = new_figure(9.0, 4.6)
     axes = figure.add_subplot()
     results = [result for result in trade.results_for_knob(knob) if result.configuration.settings.samples > 1]
-    fits = slopes(trade, knob)
+    fits = fit_slopes(trade, knob)
     for sequence, style in SEQUENCE_STYLES.items():
         series = sorted(
             (result for result in results if result.configuration.settings.sequence == sequence),

@@ -36,7 +36,7 @@ class Tile(NamedTuple):
     difference: bytes | None = None
 
 
-def strips(trade: Tradeoffs, renderer: Renderer) -> dict[str, list[Tile]]:
+def make_strips(trade: Tradeoffs, renderer: Renderer) -> dict[str, list[Tile]]:
     """Return the strips by title. There are none if the trade lacks the measurements that they compare."""
     results = trade.results_for(MAIN)
     common = next((r for r in results if r.configuration.label == f"{_SAMPLES} sobol"), None)
@@ -51,7 +51,7 @@ def strips(trade: Tradeoffs, renderer: Renderer) -> dict[str, list[Tile]]:
     return {
         f"Equal time: the most accurate picture of each technique within {1e3 * seconds:.0f} ms": [
             crops.reference(),
-            *_chosen(
+            *_choose_tiles(
                 families,
                 lambda r: r.median <= seconds,
                 lambda r: _rmse(r),
@@ -61,7 +61,7 @@ def strips(trade: Tradeoffs, renderer: Renderer) -> dict[str, list[Tile]]:
         ],
         f"Equal error: the fastest picture of each technique with an RMSE of at most {error:.2g}": [
             crops.reference(),
-            *_chosen(families, lambda r: _rmse(r) <= error, lambda r: r.median, crops, "none is as accurate"),
+            *_choose_tiles(families, lambda r: _rmse(r) <= error, lambda r: r.median, crops, "none is as accurate"),
         ],
     }
 
@@ -84,7 +84,7 @@ def _families(trade: Tradeoffs, results: Sequence[Result]) -> dict[str, list[Res
     return {name: own for name, own in families.items() if own}
 
 
-def _chosen(
+def _choose_tiles(
     families: dict[str, list[Result]],
     fits: Callable[[Result], bool],
     cost: Callable[[Result], float],

@@ -8,11 +8,11 @@ import numpy as np
 
 from raytracer.analysis.tradeoffs.configurations import MAIN
 from raytracer.analysis.tradeoffs.measurement import Tradeoffs
-from raytracer.analysis.tradeoffs.pareto import slope
+from raytracer.analysis.tradeoffs.pareto import fit_slope
 from raytracer.scene.sequences import SEQUENCES
 
 
-def slopes(trade: Tradeoffs, knob: str = "sequence") -> dict[str, tuple[float, float] | None]:
+def fit_slopes(trade: Tradeoffs, knob: str = "sequence") -> dict[str, tuple[float, float] | None]:
     """Fit error = c n^-p to the resolved errors of each sequence with n > 1 samples.
 
     Return p and c for each sequence; None for a sequence with fewer than two such errors.
@@ -28,7 +28,7 @@ def slopes(trade: Tradeoffs, knob: str = "sequence") -> dict[str, tuple[float, f
             and result.error
             and result.error.rmse > 0.0
         ]
-        fits[sequence] = slope(*zip(*series, strict=True)) if len(series) > 1 else None
+        fits[sequence] = fit_slope(*zip(*series, strict=True)) if len(series) > 1 else None
     return fits
 
 

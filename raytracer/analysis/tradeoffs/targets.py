@@ -38,17 +38,17 @@ class Reference(NamedTuple):
     radiance: NDArray[np.float64]  # (H, W, 3)
     error: float  # the estimate of its own root mean square error
     kind: str  # a description of the method
-    uncertain: bool = False  # whether the error is only a lower bound
+    is_uncertain: bool = False  # whether the error is only a lower bound
 
     @property
     def in_words(self) -> str:
         """The error of the reference, in words."""
-        return f"{'at least ' if self.uncertain else ''}{self.error:.2g}"
+        return f"{'at least ' if self.is_uncertain else ''}{self.error:.2g}"
 
     @property
     def resolved_from(self) -> float:
         """The smallest measured error that can be distinguished from the reference's own error."""
-        return (_UNCERTAIN_FROM if self.uncertain else RESOLVED_FROM) * self.error
+        return (_UNCERTAIN_FROM if self.is_uncertain else RESOLVED_FROM) * self.error
 
 
 def make_reference(
@@ -69,20 +69,20 @@ def make_reference(
         image = renderer.render(target.scene, size, target.settings, geometry=False, estimates=False)
         return Reference(image.radiance.astype(np.float64), 0.0, "the exact form, with the same samples")
     if method == "float64":
-        return _by_float64(target, size, SAMPLES, TOLERANCE, progress)
-    by_gpu = _by_gpu(target, size, renderer, gpu_samples, progress)
+        return _trace_reference(target, size, SAMPLES, TOLERANCE, progress)
+    by_gpu = _draw_reference(target, size, renderer, gpu_samples, progress)
     if method == "gpu" or count_primitives(target.scene) > FEW_PRIMITIVES:
         return by_gpu
     from raytracer.ground_truth import job
 
-    other = _by_float64(target, size, job.SAMPLES, job.TOLERANCE, progress)
+    other = _trace_reference(target, size, job.SAMPLES, job.TOLERANCE, progress)
     apart = math.sqrt(float(np.mean((by_gpu.radiance - other.radiance) ** 2)))
     return by_gpu._replace(
         kind=f"{by_gpu.kind}; differs by {apart:.2g} from float64, whose own error is {other.in_words}"
     )
 
 
-def _by_float64(
+def _trace_reference(
     target: Target, size: tuple[int, int], samples: int, tolerance: float, progress: Progress | None
 ) -> Reference:
     """Trace the converged picture in float64, or load it from the disk cache."""
@@ -102,7 +102,7 @@ def count_primitives(scene: Scene) -> int:
     return sum(len(leaves(solid)) for solid in scene.solids())
 
 
-def _by_gpu(
+def _draw_reference(
     target: Target, size: tuple[int, int], renderer: Renderer, samples: int, progress: Progress | None
 ) -> Reference:
     """Draw a picture with Sobol' points and one with Roberts' sequence, and return their mean as the reference.
@@ -123,7 +123,7 @@ def _by_gpu(
             size,
             msgspec.structs.replace(settings, sequence=sequence),
             geometry=False,
-            progress=_half(progress, part),
+            progress=_half_progress(progress, part),
         )
         for part, sequence in enumerate(("sobol", "r2"))
     )
@@ -140,6 +140,6 @@ def _by_gpu(
     return Reference((a + b) / 2.0, error, kind, few or estimate.unknown == UNSEEN)
 
 
-def _half(progress: Progress | None, part: int) -> Progress | None:
+def _half_progress(progress: Progress | None, part: int) -> Progress | None:
     """Return a progress callback for the first half (`part` 0) or the second half (`part` 1) of the work."""
     return progress and (lambda done, total: progress(done + part * total, 2 * total))

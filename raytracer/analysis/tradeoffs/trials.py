@@ -21,7 +21,7 @@ from raytracer.scene.settings import Settings
 
 # The samples of a reference: over the samples of the pictures, at least, and at most. A reference with 16 times as many
 # of Roberts' points has a fifth of a picture's error, or less, which counts as the picture's own error.
-TIMES, FEWEST, MOST = 16, 256, 4096
+REFERENCE_FACTOR, LEAST_SAMPLES, MOST_SAMPLES = 16, 256, 4096
 # An error that few pixels hold is uncertain below this multiple of the reference's own error. At 3 times, the reference
 # adds 5 % to it.
 _RESOLVED = 3.0
@@ -38,7 +38,7 @@ class Trial(NamedTuple):
     error: float  # root mean square error in linear radiance
     samples: float  # the mean number of samples per pixel
     least: float  # the shortest time of render()
-    uncertain: bool = False  # few pixels hold most of the error, and the reference may be wrong in these pixels
+    is_uncertain: bool = False  # few pixels hold most of the error, and the reference may be wrong in these pixels
 
 
 class Trials:
@@ -55,7 +55,7 @@ class Trials:
 
     def draw_reference(self, samples: int, progress: Progress | None = None) -> None:
         """Draw a reference for pictures with this number of `samples`, unless the present reference suffices."""
-        needed = min(max(FEWEST, TIMES * samples), MOST)
+        needed = min(max(LEAST_SAMPLES, REFERENCE_FACTOR * samples), MOST_SAMPLES)
         if needed > self.samples:
             self.samples = needed
             self._reference = self._converged("r2", progress)
@@ -116,7 +116,7 @@ class Trials:
             self._reference_error = math.sqrt(float(np.mean((reference - other) ** 2)) / 2.0)
         return self._reference_error
 
-    def in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
+    def time_in_turns(self, candidates: Iterable[Trial], rounds: int) -> list[Trial]:
         """Measure the times of candidates again, in `rounds` rounds in which they take turns."""
         trials = list(candidates)
         times: list[list[float]] = [[] for _ in trials]

@@ -131,7 +131,7 @@ def _list(options: argparse.Namespace) -> int:
     from raytracer.gpu.device import shared_device
 
     if options.markdown:
-        print_lines(*tables.markdown().splitlines())
+        print_lines(*tables.models_markdown().splitlines())
         return 0
     with progress_bar("measuring") as progress:
         checks = verify_all(
@@ -149,14 +149,14 @@ def _check(options: argparse.Namespace) -> int:
     """Run `brdf check` and return the exit status: 1 if a measurement differs from the expected result."""
     from raytracer.analysis.reflectance.properties import COMPLETE
     from raytracer.analysis.reflectance.tables import checks_json, print_checks
-    from raytracer.analysis.reflectance.verification import material_of, verify, verify_all
+    from raytracer.analysis.reflectance.verification import make_material, verify, verify_all
     from raytracer.gpu.device import shared_device
 
     names = options.models or COMPLETE
     whole = [name for name in names if name in MODELS and not options.set]
     single = [(name, parse_parameters(name, options.set)) for name in names if name not in whole]
     for name, parameters in single:
-        material_of(name, parameters)
+        make_material(name, parameters)
     if missing := [name for name in whole if name not in COMPLETE]:
         raise InputError("expected a file to measure: --set file=...", file=missing[0])
     device = shared_device(options.backend, options.device)
@@ -167,7 +167,7 @@ def _check(options: argparse.Namespace) -> int:
         print_json(checks_json(checks))
     else:
         print_checks(checks)
-    return 1 if any(check.differs for check in checks) else 0
+    return 1 if any(check.differences for check in checks) else 0
 
 
 def _plot(options: argparse.Namespace) -> int:
@@ -182,7 +182,7 @@ def _plot(options: argparse.Namespace) -> int:
     if options.lecture == bool(options.materials):
         raise InputError("expected materials to plot, or --lecture (see raytracer brdf plot --help)", "MATERIAL")
     if options.lecture:
-        h = _number_of(options.set, "h")
+        h = _find_number(options.set, "h")
         plot_lecture(output, h, shared_device(options.backend, options.device), options.write)
     else:
         materials = labelled_materials(options.materials, options.set)
@@ -235,7 +235,7 @@ def _models(names: Sequence[str]) -> list[str]:
     return list(names) or [*MODELS]
 
 
-def _number_of(items: Sequence[str], name: str) -> float | None:
+def _find_number(items: Sequence[str], name: str) -> float | None:
     """Return the value of the parameter `name`, or None. Raises InputError for any other parameter."""
     parameters = parse_parameters("phong", items)
     if other := [key for key in parameters if key != name]:

@@ -66,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
             with options.write(folder / name) as file:
                 file.write(text.encode())
             print_lines(f"wrote {folder / name}")
-    return 0 if all(finding.kept for finding in findings) else 1
+    return 0 if all(finding.is_within_bound for finding in findings) else 1
 
 
 def _print(rows: list[LedgerRow]) -> None:
@@ -80,7 +80,7 @@ def _print(rows: list[LedgerRow]) -> None:
         table.add_row(*map(table_cell, line))
     print_table(table)
     findings = [finding for row in rows for finding in row.findings]
-    beyond = [finding for finding in findings if not finding.kept]
+    beyond = [finding for finding in findings if not finding.is_within_bound]
     for finding in beyond:
         at = f"{finding.row}, {finding.at}, {finding.bits} bits"
         print_lines(f"{at}: {finding.measure}: {number_text(finding.measured)}, bound {number_text(finding.bound)}")

@@ -24,20 +24,20 @@ def labelled_materials(texts: Sequence[str], common: Sequence[str]) -> list[tupl
         texts: each MODEL[:NAME=VALUE...]
         common: NAME=VALUE, for all models that have the parameter NAME
     """
-    from raytracer.analysis.reflectance.verification import material_of
+    from raytracer.analysis.reflectance.verification import make_material
 
     parts = [text.split(":") for text in texts]
     known = [_parameters(name) for name, *_ in parts]
     for item in common:
-        key = _name_of(item, "--set ")
+        key = _parse_name(item, "--set ")
         if not any(key in parameters for parameters in known):
             raise InputError(f"no material has a parameter {_short(key)}", file=_short(f"--set {item}"))
     materials = []
     for text, (name, *own), parameters in zip(texts, parts, known, strict=True):
-        shared = parse_parameters(name, [item for item in common if _name_of(item, "--set ") in parameters])
+        shared = parse_parameters(name, [item for item in common if _parse_name(item, "--set ") in parameters])
         parameters_set = {**shared, **parse_parameters(name, own, f"{name}:")}
         try:
-            materials.append((text, material_of(name, parameters_set)))
+            materials.append((text, make_material(name, parameters_set)))
         except InputError as error:
             raise error.at(_short(text)) from None
     return materials
@@ -70,7 +70,7 @@ def parse_parameters(name: str, items: Sequence[str], prefix: str = "--set ") ->
     known = _parameters(name)
     parsed = {}
     for item in items:
-        key = _name_of(item, prefix)
+        key = _parse_name(item, prefix)
         if key not in known:
             near = did_you_mean(key, known)
             raise InputError(
@@ -80,7 +80,7 @@ def parse_parameters(name: str, items: Sequence[str], prefix: str = "--set ") ->
     return parsed
 
 
-def _name_of(item: str, prefix: str) -> str:
+def _parse_name(item: str, prefix: str) -> str:
     name, equals, _ = item.partition("=")
     if not equals:
         raise InputError("expected NAME=VALUE, such as alpha=0.1", file=_short(prefix + item))

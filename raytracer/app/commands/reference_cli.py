@@ -12,12 +12,12 @@ from raytracer.app.options import (
     chosen_settings,
     chosen_size,
     parse_integer,
-    warn_about,
+    warn_about_scene,
 )
 from raytracer.core.output import check_output
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import print_error, print_lines
-from raytracer.core.validation import about, check_size
+from raytracer.core.validation import check_size, locate_errors
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.scene.options import MAX_SAMPLES
 
@@ -75,11 +75,11 @@ def run(options: argparse.Namespace) -> int:
     document = read_document(find_scene(options.scene))
     scene, section = document.scene, document.section
     settings = (section.settings.without_sampling() | chosen).resolve()
-    with about(options.scene):
+    with locate_errors(options.scene):
         for material in scene.materials:
             settings.shaded(material)
         check_cost(scene, size)
-    warn_about(options.scene, scene, settings.replace(precision=64))
+    warn_about_scene(options.scene, scene, settings.replace(precision=64))
     start = time.monotonic()
     traced = False
 

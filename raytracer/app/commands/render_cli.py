@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 from msgspec import UNSET
 
-from raytracer.app.options import add_backend, add_scene, add_settings, chosen_settings, chosen_size, warn_about
+from raytracer.app.options import add_backend, add_scene, add_settings, chosen_settings, chosen_size, warn_about_scene
 from raytracer.core.memory import check_memory, picture_bytes
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import print_error, print_lines
-from raytracer.core.validation import about, check_size
+from raytracer.core.validation import check_size, locate_errors
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.scene.settings import Settings
@@ -43,11 +43,11 @@ def run(options: argparse.Namespace) -> int:
     chosen.resolve()
     document = read_document(find_scene(options.scene))
     scene, section = document.scene, document.section
-    with about(f"{options.scene}: [settings] and the options given"):  # settings that exclude each other
+    with locate_errors(f"{options.scene}: [settings] and the options given"):  # settings that exclude each other
         settings = (section.settings | chosen).resolve()
     size = chosen_size(options) or section.size or DEFAULT_SIZE
 
-    with _imports_kept():
+    with _keep_imports():
         from raytracer.core.output import check_output
         from raytracer.formats.image_files import FORMATS
         from raytracer.gpu.device import shared_device
@@ -58,11 +58,11 @@ def run(options: argparse.Namespace) -> int:
     geometry = FORMATS[output.suffix.lower()].has_geometry
     sampling = settings.sampling
     check_memory(picture_bytes(size, geometry, sampling.is_adaptive, sampling.has_stopping_rule), size)
-    warn_about(options.scene, scene, settings)
+    warn_about_scene(options.scene, scene, settings)
     renderer = Renderer(shared_device(options.backend, options.device))
     start = time.monotonic()
     # Errors about the driver's limits begin with the name of the scene file.
-    with about(options.scene), progress_bar(f"rendering {output.name}") as progress:
+    with locate_errors(options.scene), progress_bar(f"rendering {output.name}") as progress:
         image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, single_picture=True)
     with options.write(output) as file:
         image.write(file, output.suffix)
@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
     print_lines(
         f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {seconds:.1f} s", str(image.estimate)
     )
-    if missed := _missed(image, settings):
+    if missed := _missed_error_warning(image, settings):
         if _is_error_chosen(section.settings, chosen):
             print_error(f"{output}: {missed}")
             return 1
@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _imports_kept() -> Iterator[None]:
+def _keep_imports() -> Iterator[None]:
     """Keep Python's garbage collector away from modules that are imported in the block.
 
     Modules hold almost no garbage, but the collector would search NumPy's modules several times: during the import, and
@@ -104,7 +104,7 @@ def _samples(image: Image, settings: Settings) -> str:
     return text
 
 
-def _missed(image: Image, settings: Settings) -> str:
+def _missed_error_warning(image: Image, settings: Settings) -> str:
     """Return a message if the picture did not reach `max_error`, or may not have reached it; else ""."""
     estimate = image.estimate
     assert estimate

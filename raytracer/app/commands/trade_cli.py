@@ -6,11 +6,11 @@ import argparse
 import os
 from pathlib import Path
 
-from raytracer.app.options import add_backend, add_scene, add_size, chosen_size, parse_integer, warn_about
+from raytracer.app.options import add_backend, add_scene, add_size, chosen_size, parse_integer, warn_about_scene
 from raytracer.core.interrupts import STATUS
 from raytracer.core.progress import announce_step, step_bar
 from raytracer.core.terminal import print_lines
-from raytracer.core.validation import InputError, about, check_size
+from raytracer.core.validation import InputError, check_size, locate_errors
 from raytracer.formats.scene_file import find_scene, read_document
 
 # Pictures are small because references of large pictures take long; the quick form is for tests.
@@ -80,10 +80,10 @@ def run(options: argparse.Namespace) -> int:
     extent = QUICK if options.quick else FULL
     renderer = Renderer(shared_device(options.backend, options.device))
     base = section.settings.without_sampling().resolve()
-    warn_about(options.scene, scene, base.replace(shadows="hard"))  # plan() has hard shadows, too
+    warn_about_scene(options.scene, scene, base.replace(shadows="hard"))  # plan() has hard shadows, too
     planned = plan(scene, extent, section.settings)
     add_approximations(planned, scene, extent, renderer)
-    with about(options.scene):
+    with locate_errors(options.scene):
         trade = measure_tradeoffs(
             scene,
             planned,

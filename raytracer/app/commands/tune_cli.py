@@ -13,11 +13,11 @@ from raytracer.app.options import (
     add_size,
     chosen_settings,
     chosen_size,
-    warn_about,
+    warn_about_scene,
 )
 from raytracer.core.interrupts import STATUS
 from raytracer.core.terminal import print_error, print_lines, print_note
-from raytracer.core.validation import about, check_size, number
+from raytracer.core.validation import check_size, locate_errors, number
 from raytracer.formats.estimate import FEW_PIXELS, LOWER_BOUND_FACTOR
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, section_text
@@ -68,10 +68,10 @@ def run(options: argparse.Namespace) -> int:
 
     check_size(size)
     settings = (section.settings.without_sampling() | chosen).resolve()
-    warn_about(options.scene, scene, settings)
+    warn_about_scene(options.scene, scene, settings)
     renderer = Renderer(shared_device(options.backend, options.device))
     try:
-        with about(options.scene):
+        with locate_errors(options.scene):
             tuned = tune(
                 renderer,
                 scene,
@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
         print_error("interrupted before a picture of the full size was measured")
         return STATUS
     _report(tuned, size, section)
-    if not tuned.complete:
+    if not tuned.is_complete:
         return STATUS
     return 0 if tuned.pick else 1
 
@@ -97,17 +97,17 @@ def _report(tuned: Tuned, size: tuple[int, int], section: SettingsSection) -> No
     options = flags(minimal_patch(best.settings, section.settings)) or flags(minimal_patch(best.settings))
     options = options or f"--samples {best.settings.samples}"
     error = f"{best.error:.2g} (RMSE, linear radiance)"
-    if best.uncertain:  # the reference may have the same error as the picture
+    if best.is_uncertain:  # the reference may have the same error as the picture
         error = (
             f"at least {LOWER_BOUND_FACTOR * best.error:.2g} (RMSE, linear radiance), perhaps far more: {FEW_PIXELS}"
         )
     line = (
         f"{options}: {best.seconds:.3g} s, error {error}, {best.samples:.3g} samples per pixel at {size[0]}x{size[1]}"
     )
-    if not tuned.complete:
-        print_lines(f"interrupted: the best of {tuned.tried} measured candidates:")
+    if not tuned.is_complete:
+        print_lines(f"interrupted: the best of {tuned.measured_count} measured candidates:")
     if tuned.pick:
         print_lines(line, "", *section_text(best.settings, section.size).splitlines())
     else:
-        others = ", and no other is likely to" if tuned.hopeless else ""
-        print_lines(f"none of {tuned.tried} candidates reaches the target{others}; closest: {line}")
+        others = ", and no other is likely to" if tuned.is_hopeless else ""
+        print_lines(f"none of {tuned.measured_count} candidates reaches the target{others}; closest: {line}")

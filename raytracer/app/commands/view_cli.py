@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Milliseconds. Default: 33. Range: 0.001-1000000.",
     )
     width = max(len(control.key) for control in CONTROLS)
-    controls = "".join(f"  {control.key:{width}}  {control.does}\n" for control in CONTROLS)
+    controls = "".join(f"  {control.key:{width}}  {control.effect}\n" for control in CONTROLS)
     parser.epilog = f"mouse and keys:\n{controls}\n{parser.epilog}"
     parser.set_defaults(run=run)
 

@@ -11,7 +11,7 @@ from raytracer.compiler.direction_cells import BLOCK
 from raytracer.compiler.draws import Draw, Screen
 from raytracer.compiler.glsl.preprocessor import assemble
 from raytracer.compiler.meshes import Rectangle
-from raytracer.compiler.view_space import in_picture
+from raytracer.compiler.view_space import project_point
 from raytracer.gpu.device import Device
 from raytracer.gpu.draw_player import DrawPlayer
 from raytracer.gpu.gl import Framebuffer, set_uniforms
@@ -109,13 +109,13 @@ class Canvas:
         draws = [Draw(program, Screen(), ("screen",), screen_area, screen_area, uniforms, inputs)]
         if marked:
             radius = MARKER_RADIUS * scale
-            x, y, in_view = in_picture(camera, marked.position, size, radius)
+            x, y, in_view = project_point(camera, marked.position, size, radius)
             fill = np.array(marked.color) / max(1.0, *marked.color)
             uniforms = {"center": (x, y), "radius": radius, "fill": tuple(fill), "inView": in_view}
             around = int(x - radius) - 1, int(y - radius) - 1, int(2 * radius) + 3, int(2 * radius) + 3
             draws.append(Draw("marker", Screen(), ("screen",), screen_area, around, uniforms))
             if self._label:
-                corner = _beside((x, y), radius + _LABEL_GAP * scale, self._label, size)
+                corner = _place_beside((x, y), radius + _LABEL_GAP * scale, self._label, size)
                 draws.append(_panel_draw(_LABEL, (*corner, *self._label), screen_area))
         draws += [_panel_draw(f"panel{k}", panel, screen_area) for k, panel in enumerate(self._panels)]
         self._player.play(draws, screen=screen, textures=textures)
@@ -130,7 +130,7 @@ def _panel_draw(texture: str, panel: Rectangle, area: Rectangle) -> Draw:
     return Draw("panel", Screen(), ("screen",), area, panel, {"corner": panel[:2]}, {"panel": texture}, "over")
 
 
-def _beside(
+def _place_beside(
     place: tuple[float, float], distance: float, panel: tuple[int, int], window: tuple[int, int]
 ) -> tuple[int, int]:
     """Return the lower left pixel of a panel to the right of a place, or to its left if the window ends there."""

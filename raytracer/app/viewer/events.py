@@ -17,7 +17,7 @@ from msgspec import UNSET
 
 from raytracer.app.viewer import orbit
 from raytracer.compiler.glsl.shaders import Show
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError
 from raytracer.formats.scene_file import SceneDocument
 from raytracer.scene.materials.models import SHADINGS
@@ -25,7 +25,7 @@ from raytracer.scene.options import Shadows
 from raytracer.scene.scene import Scene, used_models
 from raytracer.scene.sequences import PROGRESSIVE
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import SettingsPatch, changes, checked_patch, flags, minimal_patch
+from raytracer.scene.settings_patch import SettingsPatch, changed_fields, flags, minimal_patch, patch_from_settings
 from raytracer.scene.warnings import NO_RADIUS
 
 T = TypeVar("T")
@@ -147,7 +147,7 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
     new, redo = msgspec.structs.replace(state, notice="", hint=""), Redo.NOTHING
     match event:
         case Key(name):
-            act = _ACTS.get(name)
+            act = _ACTIONS.get(name)
             if isinstance(act, Redo):
                 redo = act
             elif act:
@@ -170,14 +170,14 @@ def step(state: State, event: Event) -> tuple[State, Redo]:
             else:
                 new = _set(new, scene=orbit.scale_light(state.scene, state.light, factor))
         case Loaded(document):
-            new = _set(_resettled(_reloaded(new, document.scene), document), document=document, error="")
+            new = _set(_apply_settings(_replace_scene(new, document.scene), document), document=document, error="")
         case Failed(error):
             new = _set(new, error=error)
         case NoticeShown(notice):
             new = _set(new, notice=notice)
         case HintShown(hint):
             new = _set(state, hint=hint)
-    return new, redo | _changes(state, new)
+    return new, redo | _required_work(state, new)
 
 
 def revert_picture(state: State, good: State) -> State:
@@ -191,14 +191,14 @@ def _set(state: State, **fields: object) -> State:
     return msgspec.structs.replace(state, **fields)
 
 
-def _changes(old: State, new: State) -> Redo:
+def _required_work(old: State, new: State) -> Redo:
     if (old.scene, old.settings, old.show) != (new.scene, new.settings, new.show):
         return Redo.SAMPLES
     seen = [(s.light, s.marker, s.help, s.notice, s.hint, s.error) for s in (old, new)]
     return Redo.PRESENT if seen[0] != seen[1] else Redo.NOTHING
 
 
-def _reloaded(state: State, scene: Scene) -> State:
+def _replace_scene(state: State, scene: Scene) -> State:
     """Replace the scene. Lights and a camera that the user moved stay, unless the file has moved them, too."""
     camera, before = scene.camera, state.document.scene.camera
     if (camera.position, camera.look_at, camera.up) == (before.position, before.look_at, before.up):
@@ -216,25 +216,25 @@ def _window_settings(patch: SettingsPatch) -> Settings:
     if settings.sequence not in PROGRESSIVE:
         raise InputError(
             f"expected one of {', '.join(PROGRESSIVE)} in the window, which draws one sample after another, "
-            f"got {shown(settings.sequence)} (try --sequence sobol)",
+            f"got {format_value(settings.sequence)} (try --sequence sobol)",
             ("settings", "sequence"),
         )
     return settings
 
 
-def _resettled(state: State, document: SceneDocument) -> State:
+def _apply_settings(state: State, document: SceneDocument) -> State:
     """Apply the settings that have changed between the previous file and `document`. All other settings stay."""
     before, now = ((_DEFAULTS | version.section.settings).resolve() for version in (state.document, document))
-    changed = changes(before, now)
+    changed = changed_fields(before, now)
     keeps_samples = changed.samples is UNSET
     if keeps_samples:
         changed = changed.replace(samples=state.settings.samples)
-    settings = _window_settings(checked_patch(state.settings) | changed)
+    settings = _window_settings(patch_from_settings(state.settings) | changed)
     limit = state.limit if keeps_samples else settings.samples
     return _set(state, settings=settings, limit=limit)
 
 
-def _next(choices: Sequence[T], now: T, by: int = 1) -> T:
+def _next_choice(choices: Sequence[T], now: T, by: int = 1) -> T:
     return choices[(choices.index(now) + by if now in choices else 1) % len(choices)]
 
 
@@ -242,28 +242,28 @@ def _with_settings(state: State, **fields: object) -> State:
     return _set(state, settings=msgspec.structs.replace(state.settings, **fields))
 
 
-def _shading(state: State, by: int = 1) -> State:
+def _next_shading(state: State, by: int = 1) -> State:
     """Switch to the next shading that draws another picture: "phong" is skipped if all materials are phong."""
     own = used_models(state.document.scene)
     choices = [None, *(shading for shading in SHADINGS if own != [shading])]
-    return _with_settings(state, shading=_next(choices, state.settings.shading, by))
+    return _with_settings(state, shading=_next_choice(choices, state.settings.shading, by))
 
 
-def _shadows(state: State) -> State:
+def _next_shadows(state: State) -> State:
     """Switch to the next shadows that draw another picture: soft shadows are skipped if all lights are points."""
-    shadows = _next(get_args(Shadows), state.settings.shadows)
+    shadows = _next_choice(get_args(Shadows), state.settings.shadows)
     if shadows == "soft" and not any(light.radius for light in state.document.scene.lights):
         state = _set(state, hint=f"no soft shadows: {NO_RADIUS}")
-        shadows = _next(get_args(Shadows), shadows)
+        shadows = _next_choice(get_args(Shadows), shadows)
     return _with_settings(state, shadows=shadows)
 
 
-def _antialiasing(state: State) -> State:
+def _next_antialiasing(state: State) -> State:
     choices = list(dict.fromkeys((state.limit, *_ANTIALIASING)))
-    return _with_settings(state, samples=_next(choices, state.settings.samples))
+    return _with_settings(state, samples=_next_choice(choices, state.settings.samples))
 
 
-def _showing(show: Show) -> Callable[[State], State]:
+def _toggle_show(show: Show) -> Callable[[State], State]:
     return lambda state: _set(state, show="picture" if state.show == show else show)
 
 
@@ -271,11 +271,11 @@ def _next_light(state: State) -> State:
     return _set(state, light=(state.light + 1) % max(1, len(state.scene.lights)))
 
 
-def _lights_back(state: State) -> State:
+def _reset_lights(state: State) -> State:
     return _set(state, scene=msgspec.structs.replace(state.scene, lights=state.document.scene.lights))
 
 
-def _camera_back(state: State) -> State:
+def _reset_camera(state: State) -> State:
     return _set(state, scene=msgspec.structs.replace(state.scene, camera=state.document.scene.camera))
 
 
@@ -283,8 +283,8 @@ class Control(msgspec.Struct, frozen=True):
     """A key or a movement of the mouse: its effect in words, and as a function or a `Redo`."""
 
     key: str
-    does: str
-    act: Callable[[State], State] | Redo | None = None  # None: a mouse event, which step() handles
+    effect: str
+    action: Callable[[State], State] | Redo | None = None  # None: a mouse event, which step() handles
 
 
 CONTROLS = (
@@ -292,28 +292,30 @@ CONTROLS = (
     Control("Wheel", "move the selected light nearer to that point (up) or farther (down)"),
     Control("Tab", "select the next light", _next_light),
     Control("L", "show or hide the light's marker", lambda state: _set(state, marker=not state.marker)),
-    Control("R", "move the lights back to their places in the scene file", _lights_back),
+    Control("R", "move the lights back to their places in the scene file", _reset_lights),
     Control("Right drag", "turn the camera around the point that it looks at, also from below"),
     Control("Shift+wheel", "move the camera nearer to that point (up) or farther (down)"),
-    Control("Home", "move the camera back to its place in the scene file", _camera_back),
-    Control("B", "next shading model: the scene's own, phong, blinn, then all others", _shading),
-    Control("V", "previous shading model", lambda state: _shading(state, -1)),
-    Control("S", f"shadows: {', '.join(get_args(Shadows))} (soft only if a light has a radius)", _shadows),
+    Control("Home", "move the camera back to its place in the scene file", _reset_camera),
+    Control("B", "next shading model: the scene's own, phong, blinn, then all others", _next_shading),
+    Control("V", "previous shading model", lambda state: _next_shading(state, -1)),
+    Control("S", f"shadows: {', '.join(get_args(Shadows))} (soft only if a light has a radius)", _next_shadows),
     Control(
-        "A", f"antialiasing: off, {', '.join(map(str, _ANTIALIASING[1:]))}, or all samples (--samples)", _antialiasing
+        "A",
+        f"antialiasing: off, {', '.join(map(str, _ANTIALIASING[1:]))}, or all samples (--samples)",
+        _next_antialiasing,
     ),
-    Control("N", "show normals or the picture", _showing("normal")),
-    Control("Z", "show depth or the picture", _showing("depth")),
-    Control("M", "show materials or the picture", _showing("material")),
+    Control("N", "show normals or the picture", _toggle_show("normal")),
+    Control("Z", "show depth or the picture", _toggle_show("depth")),
+    Control("M", "show materials or the picture", _toggle_show("material")),
     Control("P", "save a screenshot when the picture is finished, or just before it changes", Redo.SCREENSHOT),
     Control("E", "save the scene, with moved lights and camera, to a TOML file", Redo.EXPORT),
     Control("H", "show or hide this table", lambda state: _set(state, help=not state.help)),
     Control("Escape", "close the window", Redo.CLOSE),
 )
-_ACTS = {control.key: control.act for control in CONTROLS}
+_ACTIONS = {control.key: control.action for control in CONTROLS}
 
 
-def command(state: State, size: tuple[int, int], path: str) -> str:
+def command_line(state: State, size: tuple[int, int], path: str) -> str:
     """Return the command line that renders the scene file `path`, exported from `state`, to the window's picture."""
     output = path.removesuffix(".toml") + "-rendered.png"  # screenshots by P never have this name
     parts = "raytracer render", shlex.quote(path), "-o", shlex.quote(output), f"--size {size[0]}x{size[1]}"

@@ -20,9 +20,9 @@ class Files:
         self.has_scene = scene.is_file()  # False for a pipe, which cannot be read twice
         self._instances: list[Path] = []
         self._seen: dict[Path, tuple[int, int]] = {}
-        self.changed()
+        self.check_for_changes()
 
-    def changed(self) -> bool:
+    def check_for_changes(self) -> bool:
         """Check all files, and return whether any file was saved since the last check.
 
         A file that has disappeared counts as unchanged, because editors replace files. Hidden files are skipped: they
@@ -30,16 +30,16 @@ class Files:
         """
         before = self._seen.copy()
         if self.has_scene:
-            self._look_at(self.scene)
+            self._record_version(self.scene)
             if self._seen.get(self.scene) != before.get(self.scene):
                 with suppress(InputError):  # a scene file with errors keeps its previous companion files
                     self._instances = companion_paths(self.scene, read_text(self.scene))
         shaders = (path for path in shaders_folder().rglob("[!.]*") if path.suffix in _SHADERS)
         for path in (*self._instances, *shaders):
-            self._look_at(path)
+            self._record_version(path)
         return self._seen != before
 
-    def _look_at(self, path: Path) -> None:
+    def _record_version(self, path: Path) -> None:
         with suppress(OSError):
             status = path.stat()
             self._seen[path] = status.st_mtime_ns, status.st_size

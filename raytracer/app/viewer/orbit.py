@@ -10,7 +10,7 @@ import math
 import msgspec
 
 from raytracer.core.validation import MAX_LENGTH, MIN_RADIUS, InputError, Vec3
-from raytracer.core.vectors import add, cross, divided, dot, scaled, sub
+from raytracer.core.vectors import add, cross, divide_by, dot, scale_by, sub
 from raytracer.scene.scene import Scene
 
 # The largest elevation by drags. At the pole, at 90 degrees, turning to the right would have no effect.
@@ -28,49 +28,49 @@ def turn_light(scene: Scene, index: int, right: float, up: float) -> Scene:
     """
     if not scene.lights:
         return scene
-    return _with_light(scene, index, _turned(scene, _arm(scene, scene.lights[index].position), right, up))
+    return _with_light(scene, index, _turn_arm(scene, _arm(scene, scene.lights[index].position), right, up))
 
 
 def scale_light(scene: Scene, index: int, factor: float) -> Scene:
     """Multiply a light's distance from `look_at` by `factor`, and return the new scene."""
     if not scene.lights:
         return scene
-    return _with_light(scene, index, _lengthened(_arm(scene, scene.lights[index].position), factor))
+    return _with_light(scene, index, _scale_arm(_arm(scene, scene.lights[index].position), factor))
 
 
 def turn_camera(scene: Scene, right: float, up: float) -> Scene:
     """Move the camera on its sphere around `look_at`, so that the picture turns `right` and `up`. Return the scene."""
-    return _with_camera(scene, _turned(scene, _arm(scene, scene.camera.position), -right, -up))
+    return _with_camera(scene, _turn_arm(scene, _arm(scene, scene.camera.position), -right, -up))
 
 
 def scale_camera(scene: Scene, factor: float) -> Scene:
     """Multiply the camera's distance from `look_at` by `factor`, and return the new scene."""
-    return _with_camera(scene, _lengthened(_arm(scene, scene.camera.position), factor))
+    return _with_camera(scene, _scale_arm(_arm(scene, scene.camera.position), factor))
 
 
 def _arm(scene: Scene, position: Vec3) -> Vec3:
     """Return the vector from `look_at` to `position`, or a short one towards the camera if they are the same point."""
     arm = sub(position, scene.camera.look_at)
-    return arm if any(arm) else scaled(sub(scene.camera.position, scene.camera.look_at), _FROM_THE_MIDDLE)
+    return arm if any(arm) else scale_by(sub(scene.camera.position, scene.camera.look_at), _FROM_THE_MIDDLE)
 
 
-def _turned(scene: Scene, arm: Vec3, right: float, up: float) -> Vec3:
+def _turn_arm(scene: Scene, arm: Vec3, right: float, up: float) -> Vec3:
     radius = math.hypot(*arm)
-    axis = divided(scene.camera.up, math.hypot(*scene.camera.up))
+    axis = divide_by(scene.camera.up, math.hypot(*scene.camera.up))
     height = dot(arm, axis)
-    outward = sub(arm, scaled(axis, height))
+    outward = sub(arm, scale_by(axis, height))
     if math.hypot(*outward) < _OFF_AXIS * radius:  # straight above or below: start towards the camera
         outward = cross(scene.camera.axes()[0], axis)
-    outward = divided(outward, math.hypot(*outward))
+    outward = divide_by(outward, math.hypot(*outward))
     elevation = math.asin(max(-1.0, min(1.0, height / radius)))
     elevation = max(min(elevation, -_STEEPEST), min(max(elevation, _STEEPEST), elevation + up))
-    level = add(scaled(outward, math.cos(right)), scaled(cross(axis, outward), math.sin(right)))
-    return scaled(add(scaled(level, math.cos(elevation)), scaled(axis, math.sin(elevation))), radius)
+    level = add(scale_by(outward, math.cos(right)), scale_by(cross(axis, outward), math.sin(right)))
+    return scale_by(add(scale_by(level, math.cos(elevation)), scale_by(axis, math.sin(elevation))), radius)
 
 
-def _lengthened(arm: Vec3, factor: float) -> Vec3:
+def _scale_arm(arm: Vec3, factor: float) -> Vec3:
     radius = math.hypot(*arm)
-    return scaled(divided(arm, radius), max(MIN_RADIUS, min(MAX_LENGTH, radius * factor)))
+    return scale_by(divide_by(arm, radius), max(MIN_RADIUS, min(MAX_LENGTH, radius * factor)))
 
 
 def _with_light(scene: Scene, index: int, arm: Vec3) -> Scene:
@@ -88,8 +88,8 @@ def _with_camera(scene: Scene, arm: Vec3) -> Scene:
 
 def _place(scene: Scene, arm: Vec3) -> Vec3:
     x, y, z = add(scene.camera.look_at, arm)
-    return _clipped(x), _clipped(y), _clipped(z)
+    return _clip(x), _clip(y), _clip(z)
 
 
-def _clipped(length: float) -> float:
+def _clip(length: float) -> float:
     return max(-MAX_LENGTH, min(MAX_LENGTH, length))

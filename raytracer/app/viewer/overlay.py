@@ -25,7 +25,7 @@ _TABLE_LETTERS = (28, 36, 48, 80)
 _INK, _GROUND, _WRONG = (255, 255, 255, 255), (16, 16, 24, 208), (140, 16, 16, 232)
 
 
-def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDArray[np.uint8], tuple[int, int]]]:
+def draw_panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDArray[np.uint8], tuple[int, int]]]:
     """Draw the panels over a window of `size` pixels, and return each with the position of its lower left pixel.
 
     `scale` is the display's scale, by which letters are enlarged. Text that does not fit is drawn smaller.
@@ -42,7 +42,7 @@ def panels(state: State, size: tuple[int, int], scale: float) -> list[tuple[NDAr
         if len(lines) > _MOST_LINES:
             lines[_MOST_LINES - 1 :] = ["... (the terminal has the full message)"]
         if lines and bottom < size[1]:
-            box = _fitted(["\n".join(lines)], (size[0], size[1] - bottom), scale, ground)
+            box = _fit_box(["\n".join(lines)], (size[0], size[1] - bottom), scale, ground)
             boxes.append((box, (0, bottom)))
             bottom += box.shape[0]
     return boxes
@@ -52,35 +52,37 @@ def _controls(size: tuple[int, int], scale: float) -> NDArray[np.uint8]:
     """Draw the table of controls as narrow as the window's height allows, so that it hides little of the picture."""
     columns: list[str] = []
     for letters in _TABLE_LETTERS:
-        rows = [(control.key, textwrap.wrap(control.does, letters)) for control in CONTROLS]
+        rows = [(control.key, textwrap.wrap(control.effect, letters)) for control in CONTROLS]
         columns = ["\n".join(key + "\n" * (len(lines) - 1) for key, lines in rows)]
         columns += ["\n".join(line for _, lines in rows for line in lines)]
-        if _box(columns, _FONT_SIZE * scale, _GROUND).shape[0] <= size[1]:
+        if _draw_box(columns, _FONT_SIZE * scale, _GROUND).shape[0] <= size[1]:
             break
-    return _fitted(columns, size, scale, _GROUND)
+    return _fit_box(columns, size, scale, _GROUND)
 
 
-def _fitted(columns: list[str], size: tuple[int, int], scale: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
+def _fit_box(columns: list[str], size: tuple[int, int], scale: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
     letter = _FONT_SIZE * scale
     while True:
-        box = _box(columns, letter, ground)
+        box = _draw_box(columns, letter, ground)
         excess = max(box.shape[1] / size[0], box.shape[0] / size[1])
         if excess <= 1.0 or letter <= _SMALLEST:
             return box[: size[1], : size[0]]
         letter = max(_SMALLEST, min(letter - 0.5, letter / excess))
 
 
-def label(state: State, scale: float) -> NDArray[np.uint8]:
+def draw_label(state: State, scale: float) -> NDArray[np.uint8]:
     """Draw the text beside the selected light's marker: an (h, w, 4) uint8 array."""
-    return _box([f"light {state.light + 1}" if len(state.scene.lights) > 1 else "light"], _FONT_SIZE * scale, _GROUND)
+    return _draw_box(
+        [f"light {state.light + 1}" if len(state.scene.lights) > 1 else "light"], _FONT_SIZE * scale, _GROUND
+    )
 
 
-def _box(columns: list[str], letter: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
+def _draw_box(columns: list[str], letter: float, ground: tuple[int, ...]) -> NDArray[np.uint8]:
     """Draw columns of text side by side on a coloured ground."""
     font = cast("ImageFont.FreeTypeFont", ImageFont.load_default(letter))  # with a size, it is a FreeType font
     pad, line = round(0.6 * letter), math.ceil(font.getbbox("A")[3]) + round(0.3 * letter)
     gap = math.ceil(letter / 8.0)
-    texts = [[_placed(text, font, gap) for text in column.split("\n")] for column in columns]
+    texts = [[_place_pieces(text, font, gap) for text in column.split("\n")] for column in columns]
     widths = [max(width for _, width in rows) + 2 * pad for rows in texts]
     ascent, descent = font.getmetrics()
     height = line * (max(map(len, texts)) - 1) + ascent + descent + 2 * pad
@@ -95,7 +97,7 @@ def _box(columns: list[str], letter: float, ground: tuple[int, ...]) -> NDArray[
     return np.asarray(image)
 
 
-def _placed(text: str, font: ImageFont.FreeTypeFont, gap: int) -> tuple[list[tuple[int, str]], int]:
+def _place_pieces(text: str, font: ImageFont.FreeTypeFont, gap: int) -> tuple[list[tuple[int, str]], int]:
     """Split a line of text into pieces, and return each with its x position, and the line's width.
 
     Two dashes get a gap between them, because this font draws them as one.

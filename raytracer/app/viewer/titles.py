@@ -17,24 +17,24 @@ def title(state: State, samples: int, milliseconds: float, estimate: Estimate | 
         f"{state.scene.name} - {milliseconds:.0f} ms",
         f"{samples} of {settings.samples} sample{'s' * (settings.samples > 1)}",
         f"error {estimate.in_words}" if estimate else "",
-        _drawn(state),
+        _describe_picture(state),
         f"light {state.light + 1} of {lights}" if lights > 1 else "",
         "H for help",
     )
     return ", ".join(filter(None, parts))
 
 
-def compiling(state: State) -> str:
+def compiling_notice(state: State) -> str:
     """Return the notice while the programs for the picture of `state` are compiled."""
-    return f"compiling {_drawn(state)} ..."
+    return f"compiling {_describe_picture(state)} ..."
 
 
 def compiling_title(state: State) -> str:
     """Return the window's title while programs are compiled."""
-    return f"{state.scene.name} - {compiling(state)}, H for help"
+    return f"{state.scene.name} - {compiling_notice(state)}, H for help"
 
 
-def _drawn(state: State) -> str:
+def _describe_picture(state: State) -> str:
     """Describe the picture: its models and shadows, or the normals, depth or materials shown."""
     settings = state.settings
     if state.show != "picture":

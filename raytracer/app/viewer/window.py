@@ -22,20 +22,20 @@ from raytracer.app.viewer.events import (
     NoticeShown,
     Redo,
     State,
-    command,
+    command_line,
     revert_picture,
     start,
     step,
 )
 from raytracer.app.viewer.file_watcher import Files
 from raytracer.app.viewer.input import connect
-from raytracer.app.viewer.overlay import label, panels
-from raytracer.app.viewer.titles import HELP, compiling, compiling_title, title
+from raytracer.app.viewer.overlay import draw_label, draw_panels
+from raytracer.app.viewer.titles import HELP, compiling_notice, compiling_title, title
 from raytracer.compiler.glsl.preprocessor import ShaderError
 from raytracer.core.output import write_numbered
 from raytracer.core.terminal import print_error, print_lines
-from raytracer.core.validation import InputError, about
-from raytracer.formats.companion_files import copied
+from raytracer.core.validation import InputError, locate_errors
+from raytracer.formats.companion_files import copy_files
 from raytracer.formats.scene_file import companion_paths, edit_positions, find_scene, parse_document, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.gpu.context import open_window
@@ -47,7 +47,7 @@ from raytracer.scene.settings_patch import SettingsPatch
 
 # Durations in seconds.
 # Interval between two checks of the files, and longest wait for events: Python notices Ctrl+C only between two waits.
-_LOOK = 0.05
+_CHECK_SECONDS = 0.05
 # A picture counts as still after this time without a movement. Two events of a slowly moved mouse are closer together.
 _STILL = 0.15
 # Shortest interval between two updates of the title.
@@ -59,7 +59,7 @@ _HINT = 6.0
 
 
 def view(scene: str, chosen: SettingsPatch, size: tuple[int, int] | None, budget: float) -> None:
-    """Show a scene until the user closes the window. Arguments and errors: see opened()."""
+    """Show a scene until the user closes the window. Arguments and errors: see open_viewer()."""
     with open_viewer(scene, chosen, size, budget) as viewer:
         while not glfw.window_should_close(viewer.window):
             wait = viewer.frame()
@@ -67,7 +67,7 @@ def view(scene: str, chosen: SettingsPatch, size: tuple[int, int] | None, budget
                 glfw.wait_events_timeout(wait)
             else:
                 glfw.poll_events()
-            viewer.look_at_files()
+            viewer.reload_changed_files()
 
 
 @contextmanager
@@ -88,7 +88,7 @@ def open_viewer(
     path = find_scene(scene)
     files = Files(path)
     document = read_document(path)
-    with about(path):
+    with locate_errors(path):
         state = start(document, chosen)
     context, window = open_window(size or document.section.size or DEFAULT_SIZE, compiling_title(state))
     try:
@@ -114,7 +114,7 @@ class Viewer:
         self._drawn: State | None = None  # the last state whose picture could be drawn
         self._reloaded = False
         self._screenshot_due = False
-        self._moved_at = self._titled_at = self._looked_at = 0.0
+        self._moved_at = self._titled_at = self._checked_at = 0.0
         self._panels: object = None  # key of the panels on the GPU
         self._pressed_at = 0.0
         self._hinted: tuple[str, float] = "", 0.0  # the current hint, and the time when it appeared
@@ -148,7 +148,7 @@ class Viewer:
         """Draw if necessary, and return the seconds until the next call, unless an event comes before."""
         size = glfw.get_framebuffer_size(self.window)
         if 0 in size or glfw.get_window_attrib(self.window, glfw.ICONIFIED):
-            return _LOOK
+            return _CHECK_SECONDS
         picture, begin = self.picture, time.perf_counter()
         still_in = self._moved_at + _STILL - begin
         hint, since = self._hinted
@@ -158,7 +158,7 @@ class Viewer:
             if self._drawn and not self._is_compiled():
                 self._announce()
                 if begin < self._pressed_at + _TOGETHER:
-                    return _LOOK
+                    return _CHECK_SECONDS
             self._moved_at = begin
             self._begin(size, moving=True)
         elif picture.is_moving and still_in <= 0.0:
@@ -171,7 +171,7 @@ class Viewer:
         elif self._screenshot_due:
             self._take_screenshot()
         elif Redo.PRESENT not in self._redo:
-            return _LOOK
+            return _CHECK_SECONDS
         self._present()
         now = time.perf_counter()
         if now > self._titled_at + _RETITLE or picture.is_done:
@@ -193,7 +193,7 @@ class Viewer:
         """Announce a compilation in the window's title, and over the previous picture."""
         self._titled_at = 0.0
         glfw.set_window_title(self.window, compiling_title(self.state))
-        self._present(compiling(self.state))
+        self._present(compiling_notice(self.state))
 
     def _refine(self, begin: float) -> None:
         """Draw at least one more sample, and further samples within the budget since `begin`."""
@@ -243,8 +243,8 @@ class Viewer:
         scale = glfw.get_window_content_scale(self.window)[1]
         key = (state.help, state.notice, state.hint, state.error, state.light, len(state.scene.lights), size, scale)
         if key != self._panels:
-            self.canvas.set_panels(panels(state, size, scale))
-            self.canvas.set_label(label(state, scale))
+            self.canvas.set_panels(draw_panels(state, size, scale))
+            self.canvas.set_label(draw_label(state, scale))
             self._panels = key
         if state.hint != self._hinted[0]:
             self._hinted = state.hint, time.perf_counter()
@@ -253,20 +253,20 @@ class Viewer:
         glfw.swap_buffers(self.window)
         self._redo &= ~Redo.PRESENT
 
-    def look_at_files(self) -> None:
+    def reload_changed_files(self) -> None:
         """Reload the scene file and the shaders if they were saved since the last check."""
         now = time.perf_counter()
-        if now < self._looked_at + _LOOK:
+        if now < self._checked_at + _CHECK_SECONDS:
             return
-        self._looked_at = now
-        if not self._files.changed():
+        self._checked_at = now
+        if not self._files.check_for_changes():
             return
         path = self._files.scene
         try:
             # A pipe cannot be read twice.
             is_file = self._files.has_scene
             document = read_document(path) if is_file else parse_document(path, self.state.document.text)
-            with about(path):
+            with locate_errors(path):
                 self.handle(Loaded(document))
         except InputError as error:
             print_error(*str(error).splitlines())
@@ -316,9 +316,9 @@ class Viewer:
             text = edit_positions(self.state.document.text, self.state.scene, self._files.scene.parent)
         except RuntimeError as error:
             raise RuntimeError(f"{self._files.scene}: {error}") from None
-        with copied(companion_paths(self._files.scene, text), Path()):
+        with copy_files(companion_paths(self._files.scene, text), Path()):
             path = write_numbered(self.state.scene.name, ".toml", lambda file: file.write(text.encode()))
-        return f"wrote {path}; to render its picture: {command(self.state, self.picture.size, str(path))}"
+        return f"wrote {path}; to render its picture: {command_line(self.state, self.picture.size, str(path))}"
 
     def _on_refresh(self, _window: Any) -> None:
         # Draw at once: while the user resizes the window, macOS and Windows return from no other call.

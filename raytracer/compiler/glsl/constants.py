@@ -15,7 +15,7 @@ from raytracer.compiler.glsl.csg import NamedPlane, Tree
 from raytracer.compiler.glsl.csg_lists import most_leaves
 
 # More varying components than any scene needs: the most is 125 and some.
-ALL = 128
+UNLIMITED_VARYINGS = 128
 # The components of a struct Surface (surfaces.glsl) with 32 bits: three vec4. Surfaces with 64 bits are not handed on.
 _SURFACE = 12
 # The most surfaces, and the most lights, that the vertex shader hands on if they fit.

@@ -26,7 +26,7 @@ def camera_query_text(depth: int, planes: list[NamedPlane]) -> list[str]:
     ]
 
 
-_OTHER_DRAWN = [
+_OTHERS_FROM_TEXTURE = [
     "uniform sampler2D others;",
     "Nearest otherAt(Ray ray) {",
     "    vec2 other = texelFetch(others, ivec2(gl_FragCoord.xy), 0).xy;",
@@ -53,7 +53,7 @@ def shapes_query_text(shapes: list[Tree], planes: list[NamedPlane] | None, hande
         *_shape_holds(shapes),
         *_shape_owner(shapes),
         "// The first surface of the other objects.",
-        *(_OTHER_DRAWN if planes is None else ["Nearest otherAt(Ray ray) {", *_nearest_plane(planes)]),
+        *(_OTHERS_FROM_TEXTURE if planes is None else ["Nearest otherAt(Ray ray) {", *_nearest_plane(planes)]),
         "    return nearest;",
         "}",
         *RAY_CSG,
@@ -172,7 +172,7 @@ def _walk_to_change(holds: str, end: str) -> list[str]:
     ]
 
 
-def _walk_one(holds: str, owner: str) -> list[str]:
+def _walk_object(holds: str, owner: str) -> list[str]:
     """Generate the walk along one object, which sets `nearest` if the object's first surface is nearer."""
     return [
         *_walk_to_change(holds, "if (!nearer(next, object, nearest)) return;"),
@@ -218,7 +218,7 @@ def _meet_shape(shapes: list[Tree], with_owner: bool) -> list[str]:
         "    Item i = itemAt(item);",
         "    int object = i.object;",
         *(f"    real2 {span} = sphereRoots(ray, surfaceOf(i, {j}));" for j, span in enumerate(spans)),
-        *_walk_one(
+        *_walk_object(
             f"shapeHolds(i.shape, {', '.join(spans)}, at)",
             f"shapeOwner(i.shape, i.first, {', '.join(spans)}, at)" if with_owner else "1",
         ),
@@ -232,7 +232,7 @@ def _programs(depth: int, with_owner: bool) -> list[str]:
         *_machine("real", "Holds", max(depth - 1, 1)),
         *(_machine("int", "Owner", max(depth - 1, 1)) if with_owner else []),
         "void meetProgram(Ray ray, int begin, int end, int object, inout Nearest nearest) {",
-        *_walk_one(
+        *_walk_object(
             "programHolds(ray, begin, end, at)", "programOwner(ray, begin, end, at) >> 2" if with_owner else "1"
         ),
     ]

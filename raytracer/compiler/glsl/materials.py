@@ -87,7 +87,7 @@ def reflected_text(
         for kind, function, parameters in functions if options else ():
             arguments = ", ".join(["m", *(p.split()[1] for p in parameters.split(", "))])
             calls = {i: f"{option}{function[0].upper()}{function[1:]}({arguments})" for i, option in options.items()}
-            choice = _chosen(f"m.{name}", calls)
+            choice = _choice_text(f"m.{name}", calls)
             lines.append(f"{kind} {function}(Material m, {parameters}) {{ return {choice}; }}")
     lines += [f'#include "brdf/{model}.glsl"' for model in models.values()]
     calls = {i: f"{model}(m, N, L, V)" for i, model in models.items()}
@@ -95,11 +95,11 @@ def reflected_text(
         mirrored = {
             i: f"{model}Mirrored(m, N, V)" if MODELS[model].mirrors else "vec3(0.0)" for i, model in models.items()
         }
-        lines.append(f"vec3 mirrored(Material m, vec3 N, vec3 V) {{ return {_chosen('m.model', mirrored)}; }}")
+        lines.append(f"vec3 mirrored(Material m, vec3 N, vec3 V) {{ return {_choice_text('m.model', mirrored)}; }}")
     return [
         *lines,
         "vec3 reflected(Material m, vec3 N, vec3 L, vec3 V) {",
-        f"    return {_chosen('m.model', calls)};",
+        f"    return {_choice_text('m.model', calls)};",
         "}",
     ]
 
@@ -111,7 +111,7 @@ def _is_used(name: str, value: str, materials: Collection[Material] | None) -> b
     return any((material.model if name == "model" else material.get(name)) == value for material in materials)
 
 
-def _chosen(member: str, calls: Mapping[int, str]) -> str:
+def _choice_text(member: str, calls: Mapping[int, str]) -> str:
     """Return the expression that selects a call by the number `member`; a single call needs no selection."""
     *others, last = calls.items()
     return "".join(f"{member} == {i} ? {call} : " for i, call in others) + last[1]

@@ -12,7 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from raytracer.core.files import packaged, read_packaged
+from raytracer.core.files import find_data_folder, read_packaged
 
 # The GLSL versions without and with doubles, which need OpenGL 4.0.
 _VERSION, _VERSION_WITH_DOUBLES = 330, 400
@@ -35,7 +35,7 @@ class ShaderError(RuntimeError):
 
 def shaders_folder() -> Path:
     """Return the folder of the shaders."""
-    return packaged("shaders", "shaders")
+    return find_data_folder("shaders", "shaders")
 
 
 class Source(NamedTuple):

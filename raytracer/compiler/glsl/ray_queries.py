@@ -9,7 +9,7 @@ from raytracer.compiler.glsl import csg, csg_lists
 from raytracer.compiler.glsl.constants import Handed, named_planes, shape_trees, surface_texts
 from raytracer.compiler.roth_bounds import max_hits
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Plane, Solid, Sphere, simplified
+from raytracer.scene.solids import Plane, Solid, Sphere, simplify
 
 
 def camera_query(compiled: CompiledScene, handed: Handed) -> list[str]:
@@ -70,4 +70,4 @@ def _trees(scene: Scene, sphere_count: int) -> list[csg.Tree]:
     def numbered(node: Solid) -> Solid | int:
         return next(spheres) if isinstance(node, Sphere) else next(planes) if isinstance(node, Plane) else node
 
-    return [[numbered(node) for node in simplified(solid)] for solid in scene.solids()]
+    return [[numbered(node) for node in simplify(solid)] for solid in scene.solids()]

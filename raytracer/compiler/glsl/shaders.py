@@ -13,11 +13,11 @@ from collections.abc import Collection
 from typing import Literal, NamedTuple
 
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.draws import TOGETHER
+from raytracer.compiler.draws import SAMPLES_AT_ONCE
 from raytracer.compiler.glsl import csg, csg_lists
 from raytracer.compiler.glsl.constants import (
-    ALL,
     CONSTANT_LIGHTS,
+    UNLIMITED_VARYINGS,
     Handed,
     handed_constants,
     handed_names,
@@ -48,7 +48,7 @@ class ProgramSource(NamedTuple):
 def program_sources(
     compiled: CompiledScene,
     show: Show | None,
-    varyings: int = ALL,
+    varyings: int = UNLIMITED_VARYINGS,
     *,
     plane_only: bool = True,
     several: bool = False,
@@ -82,9 +82,9 @@ def program_sources(
             sources[PLANE_ONLY] = ProgramSource(cells, _plane_only_source(compiled, handed))
             if several and _are_samples_cheap(compiled):
                 # Each further sample needs two components for its place.
-                handed = handed_constants(compiled, varyings - 2 * (TOGETHER - 1))
-                vertex = _vertex_source(compiled, handed, TOGETHER)
-                sources[SEVERAL] = ProgramSource(vertex, _plane_only_source(compiled, handed, TOGETHER))
+                handed = handed_constants(compiled, varyings - 2 * (SAMPLES_AT_ONCE - 1))
+                vertex = _vertex_source(compiled, handed, SAMPLES_AT_ONCE)
+                sources[SEVERAL] = ProgramSource(vertex, _plane_only_source(compiled, handed, SAMPLES_AT_ONCE))
         sources[EMPTY] = ProgramSource(plain_vertex_source(), assemble("passes/empty.frag"))
     return sources
 
@@ -192,7 +192,7 @@ def _plane_only_source(compiled: CompiledScene, handed: Handed, samples: int = 1
     if len(planes) == 1:
         defines["ONLY"] = planes[0][0]
         defines |= {"ONLY_MATERIAL": 1} if handed.material else {}
-    generated = ['#include "geometry/plane.glsl"', *_declared(compiled, handed), '#include "geometry/hit.glsl"']
+    generated = ['#include "geometry/plane.glsl"', *_declare_surfaces(compiled, handed), '#include "geometry/hit.glsl"']
     generated += csg.nearest_plane_text(planes, with_owner=True)
     if compiled.lights:
         visible = {compiled.surfaces.material[plane] for plane in compiled.batches.planes}
@@ -238,10 +238,10 @@ def _includes(compiled: CompiledScene, handed: Handed) -> list[str]:
     """Return the includes for the intersection of rays with the scene's surfaces."""
     lines = ['#include "geometry/sphere.glsl"'] if compiled.surfaces.spheres else []
     lines += ['#include "geometry/plane.glsl"'] if compiled.surfaces.planes else []
-    return [*lines, *_declared(compiled, handed), '#include "geometry/hit.glsl"']
+    return [*lines, *_declare_surfaces(compiled, handed), '#include "geometry/hit.glsl"']
 
 
-def _declared(compiled: CompiledScene, handed: Handed) -> list[str]:
+def _declare_surfaces(compiled: CompiledScene, handed: Handed) -> list[str]:
     """Return the declarations of the handed surfaces."""
     names = handed_names(compiled, handed).values()
     return ['#include "geometry/surfaces.glsl"', *(f"flat in Surface {name};" for name in names)]

@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from raytracer.core.validation import MAX_EXPONENT, InputError, Vec3
-from raytracer.core.vectors import add, scaled
+from raytracer.core.vectors import add, scale_by
 from raytracer.scene.materials.lobe import Lobe
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
@@ -73,9 +73,9 @@ def _colors(material: Material, model: str) -> dict[str, Any]:
     diffuse, specular = _reflected(material)
     # The lecture's diffuse factor is an albedo divided by pi. Other models limit the albedo to 1: clamp the brightness.
     if material.model in WITHOUT_PI and model not in WITHOUT_PI:
-        diffuse = scaled(diffuse, min(math.pi, 1.0 / max(*diffuse, 1.0 / math.pi)))
+        diffuse = scale_by(diffuse, min(math.pi, 1.0 / max(*diffuse, 1.0 / math.pi)))
     elif model in WITHOUT_PI and material.model not in WITHOUT_PI:
-        diffuse = scaled(diffuse, 1.0 / math.pi)
+        diffuse = scale_by(diffuse, 1.0 / math.pi)
     if not wanted & {*_DIFFUSE}:
         # The model has mirror facets only. A diffuse material without facets gives them its diffuse colour.
         specular = specular if "fresnel" in material.parameters or not any(diffuse) else diffuse
@@ -102,8 +102,8 @@ def _reflected(material: Material) -> tuple[Vec3, Vec3]:
     elif ks := material.get("ks"):
         specular = _product(specular, ks)
     metalness = material.get("metalness", 0.0) if material.model == "split" else 0.0
-    specular = add(scaled(specular, 1.0 - metalness), scaled(diffuse, metalness))
-    return scaled(diffuse, 1.0 - metalness), specular
+    specular = add(scale_by(specular, 1.0 - metalness), scale_by(diffuse, metalness))
+    return scale_by(diffuse, 1.0 - metalness), specular
 
 
 def normal_reflectance(material: Material) -> Vec3 | None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from raytracer.core.record import public
-from raytracer.core.shown import shown
+from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean
 from raytracer.core.validation import (
     InputError,
@@ -65,7 +65,7 @@ class Material:
                 near = did_you_mean(key, known)
                 raise InputError(f"the model {model} has no such parameter (known: {', '.join(known)}){near}", key)
         values = {
-            key: _checked(parameter, parameters[key]) if key in parameters else parameter.default
+            key: _check(parameter, parameters[key]) if key in parameters else parameter.default
             for key, parameter in known.items()
         }
         values |= {key: p.default_among(values) for key, p in known.items() if p.diffuse and key not in parameters}
@@ -90,7 +90,7 @@ class Material:
     def get(self, name: str, default: Any = None) -> Any:
         """Return a parameter's value, or `default` if the model has no parameter of this name."""
         if not isinstance(name, str):
-            raise InputError(f"expected a string, got {shown(name)}", "name")
+            raise InputError(f"expected a string, got {format_value(name)}", "name")
         return self._values.get(name, default)
 
     def replace(self, **changes: Any) -> Material:
@@ -148,14 +148,14 @@ class Material:
         return f"Material({', '.join(parts)})"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _made, (self.model, self.name, self._values)
+        return _make, (self.model, self.name, self._values)
 
 
-def _made(model: str, name: str, values: dict[str, Any]) -> Material:
+def _make(model: str, name: str, values: dict[str, Any]) -> Material:
     return Material(model, name=name, **values)
 
 
-def _checked(parameter: Parameter, value: Any) -> Any:
+def _check(parameter: Parameter, value: Any) -> Any:
     """Return `value` in the type of the parameter's kind. Raises InputError for a wrong type or range."""
     name, low, high = parameter.name, parameter.low, parameter.high
     match parameter.kind:
@@ -164,7 +164,7 @@ def _checked(parameter: Parameter, value: Any) -> Any:
         case "whole":
             result = number(value, name, low, high, expected := f"a whole number in [{low:g}, {high:g}]")
             if result != int(result):
-                raise InputError(f"expected {expected}, got {shown(value)}", name)
+                raise InputError(f"expected {expected}, got {format_value(value)}", name)
             return int(result)
         case "color":
             return three_numbers(value, name, low, high)
@@ -176,7 +176,7 @@ def _checked(parameter: Parameter, value: Any) -> Any:
             with within("lobes"):
                 return _lobes(value)
         case "measured":
-            return _measured(value, name)
+            return _check_measured(value, name)
 
 
 def _lobes(value: Any) -> tuple[Lobe, ...]:
@@ -184,7 +184,7 @@ def _lobes(value: Any) -> tuple[Lobe, ...]:
     expected = f"at most {MAX_LOBES} lobes {{ cx, cz, n }}"
     values = items(value, MAX_LOBES)
     if values is None or len(values) > MAX_LOBES:
-        raise InputError(f"expected {expected}, got {shown(value) if values is None else 'more'}")
+        raise InputError(f"expected {expected}, got {format_value(value) if values is None else 'more'}")
     lobes: list[Lobe] = []
     for i, lobe in enumerate(values):
         with within(i):
@@ -195,14 +195,14 @@ def _lobes(value: Any) -> tuple[Lobe, ...]:
 
 def _lobe(table: Any) -> Lobe:
     if not isinstance(table, dict) or not all(isinstance(key, str) for key in table):
-        raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
+        raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {format_value(table)}")
     check_keys(table, Lobe.__struct_fields__)
     if {"cx", "cz", "n"} - set(table):
-        raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {shown(table)}")
+        raise InputError(f"expected cx, cz, n, and if needed cy and scale, got {format_value(table)}")
     return Lobe(**table)
 
 
-def _measured(value: Any, name: str) -> Measured:
+def _check_measured(value: Any, name: str) -> Measured:
     from raytracer.scene.materials.merl import Measured, read
 
     if isinstance(value, Measured):

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from raytracer.core.files import read_bounded
 from raytracer.core.suggest import did_you_mean_file
-from raytracer.core.validation import InputError, about, check_path
+from raytracer.core.validation import InputError, check_path, locate_errors
 
 SHAPE = (90, 90, 180)
 SCALES = (1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0)
@@ -82,7 +82,7 @@ def read(path: str | os.PathLike[str], folder: Path | None = None) -> Measured:
         expected = f"a MERL file: the numbers 90, 90, 180 and {_BYTES} bytes in all"
         raise InputError(f"expected {expected}", file=str(path))
     planes = np.frombuffer(data, "<f8", offset=12).reshape(3, *SHAPE)
-    with about(path):
+    with locate_errors(path):
         return Measured(np.moveaxis(planes, 0, -1) * SCALES, str(path))
 
 
