@@ -331,7 +331,7 @@ def test_reloading_applies_only_the_settings_that_changed_in_the_file() -> None:
     assert other.settings.bounces == 3 and other.settings.shading == "blinn"
     gone = apply_events(other, make_loaded(TEXT, scenes.assignment()))
     assert (gone.settings.samples, gone.limit, gone.settings.max_error) == (256, 256, None)
-    cancelled = opened(file_settings=SettingsPatch(max_error=0.01), max_error=None)
+    cancelled = open_state(file_settings=SettingsPatch(max_error=0.01), max_error=None)
     assert (cancelled.settings.samples, cancelled.limit) == (256, 256)
     with pytest.raises(rt.InputError, match=r"^settings.sequence: expected one of sobol, r2, random in the window"):
         apply_events(state, make_loaded(TEXT, scenes.assignment(), SettingsPatch(sequence="grid")))
