@@ -31,8 +31,11 @@ NOT_RUN = (
 )
 # A reader saves a block that begins with a comment like `# lamp.toml` under this name.
 _FILE = re.compile(r"# ([\w-]+\.(?:toml|csv|py))$", re.M)
-# A sentence ends at a full stop, a question mark or an exclamation mark before a space.
-_END = re.compile(r"(?<=[.?!])\s+")
+# A sentence ends at a full stop, a question mark or an exclamation mark before a space, also with a bracket or a quote
+# between them. The full stop of an initial or an abbreviation ends none.
+_END = re.compile(r"""(?:(?<=[.?!])|(?<=[.?!][)"]))(?<!\b[A-Z]\.)(?<!e\.g\.)(?<!i\.e\.)(?<!vs\.)(?<!etc\.)\s+""")
+# Text that was meant as a link, but is none by the rules of Markdown, as with a space in its target.
+_NO_LINK = re.compile(r"\]\s?[(\[]|\[[^\]]+\]:")
 
 
 class Block(NamedTuple):
@@ -76,6 +79,16 @@ def links(page: str) -> list[str]:
     return [str(token.attrs["href"]) for token in _inline(page) if token.type == "link_open"]
 
 
+def broken_links(page: str) -> list[str]:
+    """List the texts of a page that look like a link but are none."""
+    return [token.content for token in tokens(page) if token.type == "inline" and _NO_LINK.search(_plain(token))]
+
+
+def inline_code(page: str) -> list[str]:
+    """List the texts in backquotes."""
+    return [token.content for token in _inline(page) if token.type == "code_inline"]
+
+
 def pictures(page: str) -> list[tuple[str, str]]:
     """List the pictures of a page: the file and the alternative text of each."""
     return [(str(token.attrs["src"]), token.content) for token in _inline(page) if token.type == "image"]
@@ -101,6 +114,11 @@ def _text(token: Token) -> str:
         for child in token.children or ()
         if child.type in ("text", "code_inline", "softbreak", "hardbreak")
     )
+
+
+def _plain(token: Token) -> str:
+    """The text of a paragraph or a cell without code, whose brackets are no link."""
+    return "".join(child.content if child.type == "text" else " `` " for child in token.children or ())
 
 
 def sentences(page: str) -> Iterator[str]:

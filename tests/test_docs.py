@@ -1,23 +1,21 @@
 """The pages of the documentation agree with the code: paths, links, packages, options, keys of the window."""
 
-import argparse
 import itertools
 import re
 import tomllib
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 import raytracer as rt
-from raytracer.app.cli import _parser
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.settings import Settings
+from tests.command_line import COMMANDS, PAGE_OF
 from tests.pages import PAGES, anchors, links, page_text, pictures, target, tokens
 
 from .scenes import CHECKOUT
 
-FOLDERS = ("raytracer", "shaders", "tests", "docs", "assets", "benchmarks", "tools")
+FOLDERS = ("raytracer", "shaders", "tests", "docs", "assets", "benchmarks", "tools", "examples")
 ARCHITECTURE, GLOSSARY = ((CHECKOUT / "docs" / name).read_text() for name in ("architecture.md", "glossary.md"))
 # A row of the table of packages: name, purpose, imports.
 PACKAGES = dict(re.findall(r"^\| `(\w+)` \| .* \| (.+) \|$", ARCHITECTURE, re.M))
@@ -127,24 +125,6 @@ def test_each_page_has_one_title_and_its_headings_skip_no_level(page: str) -> No
     levels = [int(token.tag[1]) for token in tokens(page) if token.type == "heading_open"]
     assert levels[0] == 1 and levels.count(1) == 1
     assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
-
-
-def commands(parser: argparse.ArgumentParser, name: str = "") -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Yield each command of the command line, with the parser that has its arguments."""
-    subparsers = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
-    for action in subparsers:
-        for command, child in action.choices.items():
-            arguments = getattr(child, "_arguments", None)
-            if arguments:
-                arguments(child)
-            yield from commands(child, f"{name} {command}".strip())
-    if not subparsers:
-        yield name, parser
-
-
-COMMANDS = dict(commands(_parser()))
-# The page that has the options of a command, by the first word of the command.
-PAGE_OF = {"view": "docs/window.md", "brdf": "docs/reflectance.md"}
 
 
 @pytest.mark.parametrize("command", COMMANDS)

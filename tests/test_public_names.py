@@ -142,4 +142,5 @@ def test_public_classes_have_signatures_and_help() -> None:
     shown = {name: str(inspect.signature(getattr(rt, name))) for name in ("Camera", "Image", "Settings", "Sphere")}
     assert "radius: float, material: raytracer.Material" in shown["Sphere"]
     assert "depth: numpy.ndarray" in shown["Image"]
-    assert all(pydoc.render_doc(getattr(rt, name)) for name in shown)
+    assert "positions: Any, scales: Any = 1.0" in str(inspect.signature(rt.Instances))
+    assert all(pydoc.render_doc(getattr(rt, name)) for name in rt.__all__)

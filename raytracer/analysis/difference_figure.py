@@ -93,7 +93,7 @@ def write_difference(
     axes.set_ylabel("y (pixels from the top)", fontsize=9)
     axes.tick_params(labelsize=8)
     for axis, length in ((axes.xaxis, wide), (axes.yaxis, high)):
-        axis.get_major_locator().set_params(integer=True, nbins=6 if length > 2.0 else 1)
+        axis.get_major_locator().set_params(integer=True, min_n_ticks=1, nbins=6 if length > 2.0 else 1)
         if length < 0.3:  # labels would overlap
             axis.set_ticks([])
     tall = total[1] - _MARGINS[2] - above

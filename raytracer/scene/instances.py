@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     Array = NDArray[np.float64]
+else:
+    Array = Any  # without NumPy; `inspect.signature` and `help` evaluate the annotations
 
 
 _SCALE = "a number above 0"

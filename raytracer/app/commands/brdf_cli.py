@@ -180,7 +180,7 @@ def _plot(options: argparse.Namespace) -> int:
     output = check_output(options.output, SUFFIXES)
     require_matplotlib()
     if options.lecture == bool(options.materials):
-        raise InputError("expected materials to plot, or --lecture (see raytracer brdf plot --help)", "MATERIAL")
+        raise InputError("expected either materials to plot or --lecture (see raytracer brdf plot --help)", "MATERIAL")
     if options.lecture:
         h = _find_number(options.set, "h")
         plot_lecture(output, h, shared_device(options.backend, options.device), options.write)

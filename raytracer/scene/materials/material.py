@@ -116,7 +116,11 @@ class Material:
     __replace__ = replace
 
     def has_default(self, name: str) -> bool:
-        """Return whether a parameter has the value that it would have if the caller had not set it."""
+        """Return whether a parameter has the value that it would have if the caller had not set it.
+
+        Raises InputError if the model has no parameter of this name.
+        """
+        check_choice(name, "name", MODELS[self.model].parameters)
         return self._values.get(name) == MODELS[self.model].parameters[name].default_among(self._values)
 
     def __getattr__(self, name: str) -> Any:
