@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import io
+import itertools
 import math
 import os
 import sys
@@ -24,6 +25,7 @@ from raytracer.app.viewer.file_watcher import Files
 from raytracer.app.viewer.orbit import scale_camera, scale_light, turn_camera, turn_light
 from raytracer.app.viewer.window import _CHECK_SECONDS, Viewer
 from raytracer.ground_truth import ray_tracer
+from raytracer.rendering.progressive import Pace
 from raytracer.scene.settings import Settings
 from raytracer.scene.settings_patch import SettingsPatch
 from tests.displays import SIZE, TIMEOUT, Window, environment, grab_picture, window, x_server
@@ -637,8 +639,11 @@ def test_a_file_that_is_saved_while_the_window_opens_is_shown_as_saved(
 @pytest.mark.slow
 @pytest.mark.window
 def test_two_thousand_frames_with_toggles_and_resizes_leak_no_objects_and_no_memory(
-    open_window: Callable[..., OpenedWindow],
+    open_window: Callable[..., OpenedWindow], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # Whether a sample takes longer than the budget decides on enlarged pixels, whose first picture makes an object.
+    sides = itertools.cycle((1, 2))
+    monkeypatch.setattr(Pace, "enlarged", lambda pace, pixels: next(sides))
     view = open_window(size=(96, 54), budget=0.033)
     kinds = ("Buffer", "Texture", "Framebuffer", "VertexArray", "Program", "Shader")
     prototype = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)
