@@ -11,7 +11,7 @@ possible, the key and the line. The package imports only core and scene. Other p
     material_library: published, MaterialLibrary, collections, read_collection
     material_schema: materials_schema
     image: Image, Geometry, GeometrySource
-    estimate: Estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
+    estimate: Estimate, measured_estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
         LOWER_BOUND_FACTOR, UNSEEN, WORST_PIXEL_FACTOR
     image_files: FORMATS, load_radiance, read_size
     radiance: row_blocks, check_radiance, MAX_RADIANCE; srgb: encode_srgb8, decode_srgb

@@ -97,6 +97,31 @@ class Estimate(Record, frozen=True):
         )
 
 
+def measured_estimate(
+    samples: float,
+    seconds: float,
+    squares: NDArray[np.floating],
+    rmse: float,
+    worst: float,
+    worst_at: tuple[int, int],
+    max_error: float | None = None,
+) -> Estimate:
+    """Return the estimate of a picture from squared errors, which is uncertain if few of them hold most of the sum.
+
+    Args:
+        samples: the mean number of samples per pixel.
+        seconds: the time for these samples.
+        squares: the squared errors of all pixels or blocks, of any shape.
+        rmse: the root mean square error of the picture.
+        worst: the standard error of the worst pixel.
+        worst_at: (x, y) of the worst pixel, from the top left.
+        max_error: the requested error, None without a request.
+    """
+    unknown = FEW_PIXELS if is_dominated_by_few(squares) else ""
+    bound = LOWER_BOUND_FACTOR * rmse if unknown else rmse
+    return Estimate(samples, seconds, bound, WORST_PIXEL_FACTOR * worst, worst_at, unknown, max_error)
+
+
 def picture_texts(title: str, description: str, estimate: Estimate | None, *, is_timed: bool = True) -> dict[str, str]:
     """Return the text entries of a picture's file, by name. `is_timed`: whether to include the time."""
     texts = {"Title": title, "Software": f"raytracer {__version__}", "Description": description}

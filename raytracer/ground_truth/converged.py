@@ -36,15 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.core.progress import Progress
-from raytracer.formats.estimate import (
-    FEW_PIXELS,
-    LOWER_BOUND_FACTOR,
-    WORST_PIXEL_FACTOR,
-    Estimate,
-    find_largest,
-    is_dominated_by_few,
-    picture_texts,
-)
+from raytracer.formats.estimate import Estimate, find_largest, measured_estimate, picture_texts
 from raytracer.formats.image import Image
 from raytracer.ground_truth import disk_cache
 from raytracer.ground_truth.job import FIRST_SAMPLES, SAMPLES, TOLERANCE, Job, make_job
@@ -117,10 +109,7 @@ def _description(job: Job) -> str:
 def _estimate(error: NDArray[np.float64], samples: float, seconds: float) -> Estimate:
     """Return the estimate for a picture, from the standard errors of its pixels [H, W] and their mean samples."""
     squares = np.square(error)
-    is_uncertain = is_dominated_by_few(squares)
-    rmse = (LOWER_BOUND_FACTOR if is_uncertain else 1.0) * math.sqrt(squares.mean())
-    worst, worst_at = find_largest(error)
-    return Estimate(samples, seconds, rmse, WORST_PIXEL_FACTOR * worst, worst_at, FEW_PIXELS if is_uncertain else "")
+    return measured_estimate(samples, seconds, squares, math.sqrt(squares.mean()), *find_largest(error))
 
 
 def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:

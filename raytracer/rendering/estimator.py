@@ -29,14 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK
-from raytracer.formats.estimate import (
-    FEW_PIXELS,
-    LOWER_BOUND_FACTOR,
-    WORST_PIXEL_FACTOR,
-    Estimate,
-    find_largest,
-    is_dominated_by_few,
-)
+from raytracer.formats.estimate import Estimate, find_largest, measured_estimate
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -74,17 +67,16 @@ class BlockStatistics(NamedTuple):
     ) -> Estimate:
         """Estimate the error of a picture of `size` (width, height), which is a `part` of the blocks."""
         squared_errors = self.squared_errors(samples)[part]
-        is_uncertain = is_dominated_by_few(squared_errors)
         # The worst pixel is in the block with the largest variance of a mean.
         _, (column, row) = find_largest(self.most[part] / np.maximum(samples[part], 1))
         x, y = (BLOCK * index + BLOCK // 2 for index in (column, row))
-        return Estimate(
+        return measured_estimate(
             mean_samples,
             seconds,
-            (LOWER_BOUND_FACTOR if is_uncertain else 1.0) * self.rmse(samples, part, size[0] * size[1]),
-            WORST_PIXEL_FACTOR * math.sqrt(squared_errors[row, column] / 3.0),
+            squared_errors,
+            self.rmse(samples, part, size[0] * size[1]),
+            math.sqrt(squared_errors[row, column] / 3.0),
             (min(x, size[0] - 1), max(0, size[1] - 1 - y)),
-            FEW_PIXELS if is_uncertain else "",
             max_error,
         )
 
