@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from raytracer.core.arrays import number_array
 from raytracer.core.record import Record, public
-from raytracer.core.suggest import missing_extra
+from raytracer.core.suggest import install_command, missing_extra
 from raytracer.core.validation import MAX_SIDE, InputError, Keys, check_choice, number, vector
 from raytracer.formats.image import Image
 from raytracer.formats.radiance import MAX_RADIANCE, check_radiance, row_blocks
@@ -213,8 +213,8 @@ METRICS = (
     Metric(
         "flip",
         lambda c: ("FLIP", f"{c.flip:.3g}"),
-        "also measure FLIP; for two .npz files in high dynamic range. Needs flip-evaluator: pip install -e '.[flip]' "
-        "in the checkout.",
+        "also measure FLIP; for two .npz files in high dynamic range. Needs flip-evaluator: "
+        f"{install_command('flip')} in the checkout.",
         _flip,
     ),
 )

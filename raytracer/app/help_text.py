@@ -11,10 +11,12 @@ import textwrap
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
+from raytracer.core.suggest import install_command
+
 _FAILED = "failed, for example because no OpenGL context opens or the disk is full"
 _FAILED_WITHOUT_OPENGL = "failed, for example because the disk is full"
 _INTERRUPTED = "interrupted by Ctrl-C"
-_PLOTS = "pip install -e '.[plots]' in the checkout"
+_NEEDS_PLOTS = f"Needs matplotlib: {install_command('plots')} in the checkout."
 
 
 class CommandHelp(NamedTuple):
@@ -85,7 +87,7 @@ HELP = {
         "plot polar lobes, albedo and a lit sphere of materials, side by side",
         ("blinn phong_normalized ggx:alpha=0.1 -o lobes.png", "--lecture -o lecture.png"),
         "docs/reflectance.md",
-        f"Needs matplotlib: {_PLOTS}.",
+        _NEEDS_PLOTS,
     ),
     "brdf gallery": CommandHelp(
         "render the same scene with each reflectance model",
@@ -121,7 +123,7 @@ HELP = {
         ("assignment -o trade", "assignment -o trade --quick"),
         "docs/choosing.md",
         "Settings are measured alone and in useful combinations, and shown as plots in trade.html. Takes minutes. "
-        f"Needs matplotlib: {_PLOTS}.",
+        + _NEEDS_PLOTS,
         interrupt="interrupted by Ctrl-C; the results until then are written",
     ),
     "tune": CommandHelp(

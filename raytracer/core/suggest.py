@@ -73,7 +73,12 @@ def _is_of_kind(name: str, suffix: str) -> bool:
     return not suffix or own == suffix or bool(find_nearest(suffix[1:], [own[1:]]))
 
 
+def install_command(extra: str) -> str:
+    """Return the shell command that installs an extra. It works in the checkout."""
+    return f"pip install -e '.[{extra}]'"
+
+
 def missing_extra(use: str, package: str, extra: str) -> str:
     """Return the error message for a `use` that needs a package of an extra, such as "plots need", "matplotlib"."""
-    remedy = f"install the extra {extra} in the checkout: pip install -e '.[{extra}]'"
+    remedy = f"install the extra {extra} in the checkout: {install_command(extra)}"
     return f"{use} {package}, which is not installed; {remedy}"

@@ -106,7 +106,7 @@ class MaterialProperties(msgspec.Struct, frozen=True):
 
     @property
     def reciprocal(self) -> bool:
-        return self.reciprocity <= most_reciprocity(self.material)
+        return is_within_rounding(self.reciprocity, self.material)
 
     @property
     def largest(self) -> Albedo:
@@ -137,15 +137,15 @@ def measure_material(
     delta = MODELS[material.model].mirrors
     mirrored = _mirrored(material, degrees, device) if delta else np.zeros((len(degrees), 3))
     albedos = _albedos(material, degrees, seen, mirrored, beams=False)
-    is_reciprocal = reciprocity <= most_reciprocity(material)
+    is_reciprocal = is_within_rounding(reciprocity, material)
     beams = albedos if is_reciprocal else _albedos(material, degrees, seen, mirrored, beams=True)
     sums = measure_facets(material, device=device) if facet_distribution(material) else None
     return MaterialProperties(material, seen.least, seen.finite, reciprocity, albedos, beams, delta, sums)
 
 
-def most_reciprocity(material: Material) -> float:
-    """Return the largest relative difference of f(wi, wo) and f(wo, wi) that rounding explains."""
-    return RECIPROCAL_TABLE if material.get("file") else RECIPROCAL
+def is_within_rounding(reciprocity: float, material: Material) -> bool:
+    """Return whether rounding explains the relative difference of f(wi, wo) and f(wo, wi)."""
+    return reciprocity <= (RECIPROCAL_TABLE if material.get("file") else RECIPROCAL)
 
 
 class _RecordingEvaluator:

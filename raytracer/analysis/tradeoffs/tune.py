@@ -125,7 +125,9 @@ def _search(small: Trials, full: Trials, base: Settings, goal: _Goal, progress: 
         candidates = extra + [predicted.settings for predicted in batch]
         extra = []
         count += len(candidates)
-        progress(f"measuring {_counted(candidates, 'more candidate' if tried else 'candidate')} at {_text(full.size)}")
+        progress(
+            f"measuring {_counted(candidates, 'more candidate' if tried else 'candidate')} at {_size_text(full.size)}"
+        )
         trials = [full.measure(settings) for settings in candidates]
         # Candidates far from the target are not timed again.
         trials = full.time_in_turns(filter(goal.is_near, trials), _ROUNDS) or trials
@@ -236,14 +238,14 @@ def _rank_candidates(
     """
     max_error, time = goal.max_error, goal.time
     first = msgspec.structs.replace(base, samples=4)
-    progress(f"predicting times and errors from pictures of {_text(small.size)}")
+    progress(f"predicting times and errors from pictures of {_size_text(small.size)}")
     small.draw_reference(MOST_SAMPLES // REFERENCE_FACTOR)
     full.draw_reference(first.samples)
     scale = _measure_ratios(small, full, first)
     start = _first_fixed(small, scale, base, max_error, time)
     predicted = small.measure(start).error * scale[0]
     hopeless = max_error is not None and predicted > _HOPELESS_RATIO * max_error
-    progress(f"rendering a reference of {_text(full.size)}")
+    progress(f"rendering a reference of {_size_text(full.size)}")
     full.draw_reference(start.samples * (1 if max_error is not None else 4))
     if hopeless:
         return [small.measure(start)._replace(error=predicted)], True
@@ -263,7 +265,7 @@ def _rank_candidates(
     # Within a time all smaller numbers of samples are candidates, because full pictures may take longer than predicted.
     lowest = max(0, k - 2) if time is None else 0
     near += [msgspec.structs.replace(base, samples=n) for n in LADDER[lowest : k + 3]]
-    progress(f"measuring {_counted(near, 'candidate')} at {_text(small.size)}, to rank them")
+    progress(f"measuring {_counted(near, 'candidate')} at {_size_text(small.size)}, to rank them")
     predictions = []
     for trial in small.time_in_turns([small.measure(settings) for settings in near], _SMALL_ROUNDS):
         settings = trial.settings
@@ -284,7 +286,7 @@ def _counted(items: Sized, noun: str) -> str:
     return f"{len(items)} {noun}{'' if len(items) == 1 else 's'}"
 
 
-def _text(size: tuple[int, int]) -> str:
+def _size_text(size: tuple[int, int]) -> str:
     return f"{size[0]}x{size[1]}"
 
 

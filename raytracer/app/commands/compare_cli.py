@@ -17,6 +17,7 @@ from raytracer.analysis.image_difference import (
     measure_difference,
 )
 from raytracer.core.output import check_output
+from raytracer.core.suggest import install_command
 from raytracer.core.terminal import print_json, print_lines
 from raytracer.core.validation import InputError, number
 from raytracer.formats.image_files import FORMATS, load_radiance, read_size
@@ -57,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="OUT",
         help="write a figure of the largest channel difference of each pixel, with a logarithmic colour scale from "
-        "0.0001 to 1: .png, .svg or .pdf. Needs matplotlib: pip install -e '.[plots]' in the checkout.",
+        f"0.0001 to 1: .png, .svg or .pdf. Needs matplotlib: {install_command('plots')} in the checkout.",
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table; an infinite PSNR is null")
     parser.set_defaults(run=run)
