@@ -19,7 +19,7 @@ from tests.scenes import CHECKOUT
 # Words after `raytracer` that stand for any command.
 PLACEHOLDERS = {"COMMAND", "brdf"}
 OPTION = re.compile(r"(?<![\w-])--?[a-z][\w-]*")
-# What a block must have that is not run for this reason. Any block may need another machine or take minutes.
+# The pattern that a block which is not run must match, by its reason. The other reasons fit any block.
 REQUIRED_TEXT = {"not run: installation": r"\b(pip install|make) ", "not run: opens a window": r"^raytracer view "}
 SUFFIXES = {"toml": ".toml", "python": ".py", "text": ".csv"}
 
@@ -105,7 +105,7 @@ def test_the_table_of_a_command_has_only_its_options_with_their_defaults(command
     table = [cells for heading, cells in option_rows(page) if heading in (command, "Options")]
     assert len(table) > 2
     for name, default, *_ in table:
-        (options,) = {frozenset(OPTION.findall(name))}
+        options = {*OPTION.findall(name)}
         assert options <= command_options(command), name
         action = next(action for action in COMMANDS[command]._actions if {*action.option_strings} & options)
         stated = re.search(r"Default: ([\w.]+?)(?=\.?(?:[\s,;]|$))", action.help or "")

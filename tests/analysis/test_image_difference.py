@@ -192,6 +192,14 @@ def test_the_figure_of_differences_names_its_quantity_its_files_and_its_scale(tm
     assert {"0.0001", "0.001", "0.01", "0.1", "1"} <= {*texts(tmp_path / "d.svg")}, "the colour bar has values"
 
 
+def test_the_axes_of_a_figure_of_one_pixel_have_a_tick_at_that_pixel(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    pixel = save(tmp_path / "pixel.npz", np.full((1, 1, 3), 0.5, np.float32))
+    assert main(["compare", pixel, pixel, "-o", str(tmp_path / "pixel.svg")]) == 0
+    ticks = [text for text in texts(tmp_path / "pixel.svg") if re.fullmatch(r"[-\N{MINUS SIGN}\d.]+", text)]
+    assert ticks == ["0", "0", "0.0001", "0.001", "0.01", "0.1", "1"]
+
+
 def test_the_colours_of_differences_get_lighter_with_each_factor_of_10() -> None:
     pytest.importorskip("matplotlib")
     from raytracer.analysis.difference_figure import BRIGHTEST, DARKEST, difference_colors

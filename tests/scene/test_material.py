@@ -192,6 +192,12 @@ def test_a_ka_with_its_default_follows_the_colour_and_a_chosen_one_stays() -> No
     assert convert_material(red, "lambert").ka == red.ka, "--shading keeps the ambient light of the picture"
 
 
+@pytest.mark.parametrize("name", ["kda", 3])
+def test_an_unknown_parameter_has_no_default(name: Any) -> None:
+    with pytest.raises(rt.InputError, match="name: expected one of ka, kd, ks, h, le"):
+        rt.Material().has_default(name)
+
+
 def test_replacing_a_choice_drops_the_parameters_of_the_old_choice() -> None:
     ggx = rt.Material("ggx", f0=0.5, alpha=0.1)
     assert ggx.replace(fresnel="conductor") == rt.Material("ggx", alpha=0.1, fresnel="conductor")
