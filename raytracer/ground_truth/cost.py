@@ -13,7 +13,7 @@ from raytracer.core.validation import InputError
 from raytracer.ground_truth.job import FIRST_SAMPLES, Job
 from raytracer.ground_truth.pixel_tasks import RAYS, Task, TaskTracer
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import leaves
+from raytracer.scene.solids.flattening import leaves
 
 # Bytes per pixel: sums, results of processes that are not summed yet, the picture, masks.
 _PIXEL = 256

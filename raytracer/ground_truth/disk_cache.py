@@ -23,7 +23,7 @@ from raytracer.ground_truth.job import FIRST_SAMPLES, Job
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.merl import Measured
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Primitive, Solid, postfix
+from raytracer.scene.solids.solid import Primitive, Solid, postfix
 
 _ROOT = Path(__file__).parent.parent
 # The packages whose source code is part of the cache key: this package and all packages that it imports.

@@ -3,23 +3,26 @@
 Whether a point is inside a CSG tree follows by Boolean logic from the primitives that contain it. A ray hits the
 surface of the tree at a root of a primitive if just one of the points right before and right after the root is inside
 the tree. The code tests every root of every primitive: it sorts and skips nothing, and shares nothing with the shaders.
+A primitive is the common part of the insides of its faces, and coincident faces are one surface (scene_surfaces.py).
 """
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.ground_truth.light_rays import is_light_surface
-from raytracer.ground_truth.microfacets import dot
+from raytracer.ground_truth.scene_surfaces import Ends, HalfSpace, SceneSurfaces, Surface
 from raytracer.scene.lights import PointLight
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Complement, Intersection, Primitive, Solid, Sphere, Union, postfix
+from raytracer.scene.solids.solid import Complement, Intersection, Primitive, Solid, Union, postfix
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Span = tuple[Array, Array]
 
 
 def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
@@ -41,23 +44,37 @@ def _inside(solid: list[Solid], leaf_inside: list[Mask]) -> list[Mask]:
 
 
 class Tracer:
-    """Intersects rays with the primitives (leaves) of a scene.
+    """Intersects rays with the faces of a scene's primitives (leaves).
 
-    Rays have origins `ro` and directions `rd` [R, 3]. Points are relative to the camera. A surface is the index of a
-    leaf, -1 for none. coincide[a, b]: whether the surfaces of leaves a and b are identical.
+    Rays have origins `ro` and directions `rd` [R, 3]. Points are relative to the camera. Faces are numbered over all
+    leaves in order, and -1 is none. A sphere or a half-space has one face.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._eye = scene.camera.position
         self._trees = [postfix(solid) for solid in scene.solids()]
         self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Primitive)]
+        scene_surfaces = SceneSurfaces(self.leaves, scene.camera.position)
+        self._surfaces, self._faces = scene_surfaces.surfaces, scene_surfaces.faces
+        # The leaf of each face, and the number of its surface: coincident faces have one number.
+        self.leaf = np.array([*(face.leaf for face in self._faces), -1], np.int32)
+        self.surface = np.array([*(face.surface for face in self._faces), -1], np.int32)
+        self._first_face = np.searchsorted(self.leaf[:-1], np.arange(len(self.leaves) + 1))
         order = {material: i for i, material in enumerate(scene.materials)}
-        self.material_index = np.array([*(order[leaf.material] for leaf in self.leaves), -1], np.int32)
-        numbers: dict[object, int] = {}
-        surface = np.array([numbers.setdefault(_geometry(leaf), len(numbers)) for leaf in self.leaves])
-        self.coincide = surface[:, None] == surface
+        material = np.array([*(order[leaf.material] for leaf in self.leaves), -1], np.int32)
+        self.material_index = material[self.leaf]
 
-    def spans(
+    def is_bulb(self, light: PointLight, face: NDArray[np.int32]) -> Mask:
+        """Return whether each of the faces is on the own sphere of a light with a radius."""
+        return self._on(face, lambda surface: bool(light.radius) and surface.is_at(light))
+
+    def is_in_plane(self, light: PointLight, face: NDArray[np.int32]) -> Mask:
+        """Return whether a light lies in the plane of each of the faces; False for curved faces."""
+        return self._on(face, lambda surface: isinstance(surface, HalfSpace) and surface.is_at(light))
+
+    def _on(self, face: NDArray[np.int32], test: Callable[[Surface], bool]) -> Mask:
+        return np.array([*map(test, self._surfaces), False])[self.surface[face]]
+
+    def _surface_spans(
         self,
         ro: Array,
         rd: Array,
@@ -65,71 +82,52 @@ class Tracer:
         n: Array | None = None,
         light: PointLight | None = None,
         distance: Array | None = None,
-    ) -> list[tuple[Array, Array]]:
-        """Return for every leaf the distances (entry, exit) along the whole line; (inf, -inf) if the line misses it.
+    ) -> list[list[Span]]:
+        result: list[list[Span]] = []
+        for k, surface in enumerate(self._surfaces):
+            on = np.zeros(len(rd), bool) if start is None else self.surface[start] == k
+            is_lit = light is not None and surface.is_at(light)
+            ends = Ends(start is None, on, n, light if is_lit else None, distance if is_lit else None)
+            result.append(surface.spans(ro, rd, ends))
+        return result
+
+    def spans(self, ro: Array, rd: Array, *ends: Any) -> tuple[list[Span], list[Span]]:
+        """Return the distances (entry, exit) along the whole line for every leaf, and for every face.
+
+        The span of a leaf is the common part of the spans of its faces; (inf, -inf) if the line misses it. `ends` are
+        the optional arguments of first().
+        """
+        surface_spans = self._surface_spans(ro, rd, *ends)
+        face_spans = [surface_spans[face.surface][face.part] for face in self._faces]
+        leaf_spans: list[Span] = []
+        for first, last in itertools.pairwise(self._first_face):
+            entry, exit = face_spans[first]
+            if last - first > 1:
+                entry, exit = (
+                    choose.reduce([span[i] for span in face_spans[first:last]])
+                    for i, choose in enumerate((np.maximum, np.minimum))
+                )
+                is_hit = entry < exit
+                entry, exit = np.where(is_hit, entry, np.inf), np.where(is_hit, exit, -np.inf)
+            leaf_spans.append((entry, exit))
+        return leaf_spans, face_spans
+
+    def first(self, ro: Array, rd: Array, *ends: Any) -> tuple[Array, NDArray[np.int32]]:
+        """Return (t, face) of the first surface with t > 0; (inf, -1) if there is none.
 
         Args:
             ro: the rays' origins [R, 3].
             rd: the rays' directions, unit vectors [R, 3].
-            start: the surfaces on which the rays start [R]. The root there is exactly 0 by definition, not computed.
-                None: the rays start at the camera.
-            n: the outward normals of these surfaces at the rays' origins [R, 3].
-            light: the light to which the rays go. None: no shadow rays.
-            distance: the distance of the light [R]. It is the exact root for surfaces on which the light lies, and for
-                the light's own sphere, because the rays end there.
+            ends: further arguments about the rays' ends, all or none, or only the first two:
+                start: the faces on which the rays start [R]. The root of their surfaces there is exactly 0 by
+                    definition, not computed. Without it, the rays start at the camera.
+                n: the outward normals of these faces at the rays' origins [R, 3].
+                light: the light to which the rays go.
+                distance: the distance of the light [R]. It is the exact root for surfaces on which the light lies, and
+                    for the light's own sphere, because the rays end there.
         """
-        result = []
-        for k, leaf in enumerate(self.leaves):
-            on = self.coincide[k][start] if start is not None else np.zeros(len(rd), bool)
-            lit = distance if light and is_light_surface(leaf, light) else None
-            if isinstance(leaf, Sphere):
-                to_center = np.subtract(leaf.center, self._eye) - ro
-                along = dot(to_center, rd)
-                perp = to_center - along[:, None] * rd
-                # The product of the two roots is the power of the ray's origin. Next to a huge sphere, computing it
-                # from a distance loses too many bits, even in float64. For the camera it is known exactly.
-                to_distance = np.linalg.norm(to_center, axis=1)
-                power: Any = (to_distance - leaf.radius) * (to_distance + leaf.radius)
-                if start is None:
-                    power = leaf.power(self._eye)
-                square = np.where(np.abs(along) < leaf.radius, along**2 - power, leaf.radius**2 - dot(perp, perp))
-                outer = along + np.copysign(np.sqrt(np.maximum(square, 0.0)), along)
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    inner = power / outer
-                entry = np.where(square > 0, np.minimum(inner, outer), np.inf)
-                exit = np.where(square > 0, np.maximum(inner, outer), -np.inf)
-                if light and lit is not None:
-                    outward: Any = np.subtract(light.position, leaf.center)
-                    if light.radius:
-                        outward = ro + lit[:, None] * rd - np.subtract(leaf.center, self._eye)
-                    chord = -2.0 * dot(rd, outward)
-                    entry, exit = lit + np.minimum(chord, 0.0), lit + np.maximum(chord, 0.0)
-                    entry, exit = np.where(on, 0.0, entry), np.where(on, lit, exit)
-                elif n is not None:
-                    chord = -2.0 * leaf.radius * dot(n, rd)
-                    entry = np.where(on, np.minimum(chord, 0.0), entry)
-                    exit = np.where(on, np.maximum(chord, 0.0), exit)
-            else:
-                normal = np.array(leaf.unit()[0])
-                slope = rd @ normal
-                depth = np.where(on, 0.0, leaf.depth(self._eye) - ro @ normal)
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    t = depth / slope
-                if lit is not None:
-                    t = lit
-                parallel = np.where(depth >= 0.0, np.inf, -np.inf)
-                entry = np.where(slope == 0, -parallel, np.where(slope < 0, t, -np.inf))
-                exit = np.where(slope == 0, parallel, np.where(slope > 0, t, np.inf))
-            result.append((entry, exit))
-        return result
-
-    def first(self, ro: Array, rd: Array, *ends: Any) -> tuple[Array, NDArray[np.int32]]:
-        """Return (t, surface) of the first surface with t > 0; (inf, -1) if there is none.
-
-        `ends` are the optional arguments of spans() about the rays' ends.
-        """
-        nearest, surface = np.full(len(rd), np.inf), np.full(len(rd), -1, np.int32)
-        spans = self.spans(ro, rd, *ends)
+        nearest, hit_face = np.full(len(rd), np.inf), np.full(len(rd), -1, np.int32)
+        spans, face_spans = self.spans(ro, rd, *ends)
         first_leaf = 0
         for tree in self._trees:
             count = sum(isinstance(node, Primitive) for node in tree)
@@ -145,20 +143,30 @@ class Tracer:
             owner = first_leaf + _owner(
                 tree, _inside(tree, _is_inside_before(own, t)), _inside(tree, _is_inside_after(own, t))
             )
-            nearest, surface = np.where(closer, t, nearest), np.where(closer, owner, surface).astype(np.int32)
+            face = self._faces_at(owner, t, face_spans)
+            nearest, hit_face = np.where(closer, t, nearest), np.where(closer, face, hit_face).astype(np.int32)
             first_leaf += count
-        return nearest, surface
+        return nearest, hit_face
 
-    def normals(self, P: Array, surface: NDArray[np.int32]) -> Array:
-        """Return the outward unit normals of the primitives at points on their surfaces [R, 3]; 0 for surface -1."""
+    def _faces_at(self, leaf: NDArray[np.int32], t: Array, face_spans: list[Span]) -> NDArray[np.int32]:
+        """Return the first face of each leaf whose root is at t."""
+        result = self._first_face[leaf].astype(np.int32)
+        for k in np.unique(leaf):
+            first, last = self._first_face[k : k + 2]
+            for face in reversed(range(first, last)) if last - first > 1 else ():
+                entry, exit = face_spans[face]
+                result[(leaf == k) & ((entry == t) | (exit == t))] = face
+        return result
+
+    def normals(self, P: Array, face: NDArray[np.int32]) -> Array:
+        """Return the outward unit normals of the primitives at points on their faces [R, 3]; 0 for face -1."""
         result = np.zeros(P.shape)
-        for k, leaf in enumerate(self.leaves):
-            on = surface == k
-            if isinstance(leaf, Sphere):
-                outward = P[on] - np.subtract(leaf.center, self._eye)
-                result[on] = outward / np.linalg.norm(outward, axis=1, keepdims=True)
-            else:
-                result[on] = leaf.unit()[0]
+        for k in np.unique(face[face >= 0]):
+            on = face == k
+            surface = self._surfaces[self._faces[k].surface]
+            normals = surface.normals(P[on])
+            is_flipped = isinstance(surface, HalfSpace) and self._faces[k].part == 1
+            result[on] = -normals if is_flipped else normals
         return result
 
 
@@ -189,11 +197,3 @@ def _owner(tree: list[Solid], before: list[Mask], after: list[Mask]) -> NDArray[
             owner = np.where(changes, first, second)
         stack.append((a != b, owner))
     return stack[0][1]
-
-
-def _geometry(leaf: Primitive) -> object:
-    """Return a key that is equal for leaves with coincident surfaces, regardless of their materials and sides."""
-    if isinstance(leaf, Sphere):
-        return leaf.center, leaf.radius
-    (x, y, z), offset = leaf.unit()
-    return max((x, y, z, offset), (-x, -y, -z, -offset))

@@ -12,16 +12,8 @@ from numpy.typing import NDArray
 
 from raytracer.core.validation import MAX_COLOR, MIN_RADIUS
 from raytracer.scene.lights import PointLight
-from raytracer.scene.solids import Primitive, Sphere
 
 Array = NDArray[np.float64]
-
-
-def is_light_surface(leaf: Primitive, light: PointLight) -> bool:
-    """Whether shadow rays end on a primitive's surface: a point light lies on it, or it is the light's own sphere."""
-    if light.radius:
-        return isinstance(leaf, Sphere) and light.is_bulb(leaf)
-    return leaf.touches(light.position)
 
 
 def light_rays(

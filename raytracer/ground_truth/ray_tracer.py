@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from raytracer.formats.image import Image
 from raytracer.ground_truth.intersection import Tracer
-from raytracer.ground_truth.light_rays import is_light_surface, light_rays
+from raytracer.ground_truth.light_rays import light_rays
 from raytracer.ground_truth.microfacets import dot
 from raytracer.ground_truth.reflectance import mirrored, reflected
 from raytracer.scene.camera import Camera
@@ -26,7 +26,6 @@ from raytracer.scene.materials.models import MODELS
 from raytracer.scene.scene import Scene
 from raytracer.scene.sequences import sample_points
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import Sphere
 
 Array = NDArray[np.float64]
 
@@ -121,10 +120,10 @@ def trace_rays(
             the middles.
     """
     ro = np.zeros(rd.shape)
-    t, surface = tracer.first(ro, rd)
-    normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, surface)
-    radiance = _radiance(scene, settings, tracer, ro, rd, t, surface, normal, rays, shifts)
-    return RayResults(radiance, t, -np.sign(dot(normal, rd))[:, None] * normal, tracer.material_index[surface])
+    t, face = tracer.first(ro, rd)
+    normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, face)
+    radiance = _radiance(scene, settings, tracer, ro, rd, t, face, normal, rays, shifts)
+    return RayResults(radiance, t, -np.sign(dot(normal, rd))[:, None] * normal, tracer.material_index[face])
 
 
 def _radiance(
@@ -134,7 +133,7 @@ def _radiance(
     ro: Array,
     rd: Array,
     t: Array,
-    surface: NDArray[np.int32],
+    face: NDArray[np.int32],
     normal: Array,
     rays: int,
     shifts: Array | None,
@@ -146,8 +145,8 @@ def _radiance(
     """
     result = np.empty(rd.shape)
     result[...] = scene.background
-    hit = surface >= 0
-    ro, rd, t, surface, n = ro[hit], rd[hit], t[hit], surface[hit], normal[hit]
+    hit = face >= 0
+    ro, rd, t, face, n = ro[hit], rd[hit], t[hit], face[hit], normal[hit]
     P = ro + t[:, None] * rd
     N = -np.sign(dot(n, rd))[:, None] * n
     V = -rd
@@ -156,13 +155,13 @@ def _radiance(
     options = settings.compile_options
     materials = [options.shaded(leaf.material) for leaf in tracer.leaves]
     leaf_indices = {m: [k for k, other in enumerate(materials) if other == m] for m in dict.fromkeys(materials)}
-    groups = {material: np.isin(surface, leaves) for material, leaves in leaf_indices.items()}
+    groups = {material: np.isin(tracer.leaf[face], leaves) for material, leaves in leaf_indices.items()}
     I = np.zeros(P.shape)
     for material, on in groups.items():
         I[on] = np.multiply(material.ka, scene.ambient) + np.array(material.le)
 
     def rays_to(k: int, light: PointLight) -> Iterator[tuple[PointLight, Array, Array, Array]]:
-        own = np.array([light.radius > 0.0 and is_light_surface(leaf, light) for leaf in tracer.leaves])[surface]
+        own = tracer.is_bulb(light, face)
         position = np.subtract(light.position, scene.camera.position)
         shift = shifts if shifts is None else shifts[:, k]
         return ((light, *ray) for ray in light_rays(light, position - P, own, n, rays, shift))
@@ -172,14 +171,12 @@ def _radiance(
         NoL = dot(N, L)
         S = np.ones(len(P))
         if settings.shadows != "off":
-            blocked_at, _ = tracer.first(P, L, surface, n, light, distance)
+            blocked_at, _ = tracer.first(P, L, face, n, light, distance)
             blocked = blocked_at < distance
             diluted = np.divide(blocked_at, distance, out=np.zeros(len(P)), where=blocked)
             S = np.where(blocked, diluted if settings.shadows == "diluted" else 0.0, 1.0)
         # A light that lies in a plane does not illuminate it: N.L is 0, although rounding may give another value.
-        on = np.array([is_light_surface(leaf, light) and not isinstance(leaf, Sphere) for leaf in tracer.leaves])
-        grazes = np.any(tracer.coincide & on, axis=1)[surface]
-        lit = (NoL > 0.0) & (distance > 0.0) & ~grazes
+        lit = (NoL > 0.0) & (distance > 0.0) & ~tracer.is_in_plane(light, face)
         light_in = (S * lit)[:, None] * irradiance
         for material, on in groups.items():
             on = on & lit
@@ -187,10 +184,10 @@ def _radiance(
     for material, on in groups.items():
         if MODELS[material.model].mirrors and bounce < settings.bounces and on.any():
             start, R = P[on], rd[on] - 2.0 * dot(rd[on], N[on])[:, None] * N[on]
-            t, hit_surface = tracer.first(start, R, surface[on], n[on])
-            normals = tracer.normals(start + np.where(np.isfinite(t), t, 0.0)[:, None] * R, hit_surface)
+            t, hit_face = tracer.first(start, R, face[on], n[on])
+            normals = tracer.normals(start + np.where(np.isfinite(t), t, 0.0)[:, None] * R, hit_face)
             shift = shifts if shifts is None else shifts[on]
-            incoming = _radiance(scene, settings, tracer, start, R, t, hit_surface, normals, rays, shift, bounce + 1)
+            incoming = _radiance(scene, settings, tracer, start, R, t, hit_face, normals, rays, shift, bounce + 1)
             I[on] += mirrored(material, N[on], V[on]) * incoming
     result[hit] = I
     return result

@@ -21,6 +21,7 @@ from raytracer.ground_truth.converged import trace_converged
 from raytracer.ground_truth.job import TOLERANCE, Job, make_job
 from raytracer.scene.materials.merl import SHAPE, Measured
 from raytracer.scene.settings import Settings
+from raytracer.scene.solids.box import Box
 from tests import scenes
 from tests.processes import run_for_output
 
@@ -177,7 +178,7 @@ def test_the_cache_key_covers_all_source_files_that_tracing_needs() -> None:
         ("rendering/renderer.py", True),
         ("__init__.py", False),
         ("core/vectors.py", False),
-        ("scene/solids.py", False),
+        ("scene/solids/solid.py", False),
         ("scene/materials/models.py", False),
         ("formats/image.py", False),
         ("ground_truth/ray_tracer.py", False),
@@ -238,3 +239,18 @@ def test_everything_that_affects_the_result_is_in_the_file_name(monkeypatch: pyt
 
 
 LIGHTS = ({"position": (4, 7, 5)}, {"color": (1, 1, 0.5)}, {"radius": 0.5}, {"falloff": "inverse_square"})
+
+
+def test_the_key_depends_on_all_numbers_of_a_moved_solid() -> None:
+    box = Box((0, 0, 0), (1, 2, 3), SHINING)
+    solids = [
+        box,
+        Box((0, 0, 0), (1, 2, 4), SHINING),
+        box.translate((0, 0, 1)),
+        box.translate((0, 1, 0)),
+        box.rotate((0, 0, 1), 90),
+        rt.Sphere((0, 0, 0), 1, SHINING).scale((1, 2, 1)),
+        rt.Sphere((0, 0, 0), 1, SHINING).scale((1, 2, 3)),
+    ]
+    names = [cache_name(rt.Scene([solid], [], rt.Camera((0, 0, 9), (0, 0, 0)))) for solid in solids]
+    assert len(set(names)) == len(solids)
