@@ -11,10 +11,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping
+from typing import Any
 
+from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean, known_names
-from raytracer.core.validation import InputError
-from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Union
+from raytracer.core.validation import InputError, Key, Keys
+from raytracer.scene.solids.solid import Complement, Difference, Intersection, Solid, Union
 
 # The most characters of an expression: enough for as many primitives as one object may have.
 MAX_CHARACTERS = 1_000_000
@@ -22,6 +24,7 @@ MAX_CHARACTERS = 1_000_000
 MAX_NESTING = 200
 
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<mark>[()~|&-]))", re.ASCII)
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _BINARY: dict[str, tuple[int, Callable[[Solid, Solid], Solid]]] = {
     "|": (1, Union),
     "&": (2, Intersection),
@@ -30,18 +33,29 @@ _BINARY: dict[str, tuple[int, Callable[[Solid, Solid], Solid]]] = {
 
 
 def is_name(text: str) -> bool:
-    """Whether `text` can be the name of a shape in an expression."""
-    match = _TOKEN.fullmatch(text)
-    return match is not None and match["name"] == text
+    """Whether `text` can be the name of a shape or a part in an expression."""
+    return _NAME.fullmatch(text) is not None
 
 
-def parse(text: str, shapes: Mapping[str, Solid], objects: Collection[str] = ()) -> Solid:
+def list_names(text: str) -> set[str]:
+    """Return all names in an expression. It may be wrong, and the names need not exist."""
+    return set(_NAME.findall(text))
+
+
+def check_text(value: Any, key: Key | Keys = ()) -> str:
+    """Return `value` if it is a text. Raises InputError."""
+    if not isinstance(value, str):
+        raise InputError(f"expected a string, an expression over shapes and parts, got {format_value(value)}", key)
+    return value
+
+
+def parse(text: str, solids: Mapping[str, Solid], objects: Collection[str] = ()) -> Solid:
     """Parse an expression and return its solid.
 
     Args:
         text: the expression.
-        shapes: the shapes that it may use, by name.
-        objects: names of objects, which are no shapes, for a better error message. Default: none.
+        solids: the shapes and parts that it may use, by name.
+        objects: names of objects, which no expression can use, for a better error message. Default: none.
 
     Raises:
         InputError: a wrong expression, with the column, or an unknown name.
@@ -50,14 +64,14 @@ def parse(text: str, shapes: Mapping[str, Solid], objects: Collection[str] = ())
         raise InputError(f"expected an expression of at most {MAX_CHARACTERS} characters, got {len(text)}")
 
     # Dijkstra's shunting-yard algorithm does not recurse, so no text can exhaust Python's stack.
-    solids: list[Solid] = []
+    operands: list[Solid] = []
     operators: list[str] = []
     nesting = 0
 
     def reduce() -> None:
         operator = operators.pop()
-        b = solids.pop()
-        solids.append(Complement(b) if operator == "~" else _BINARY[operator][1](solids.pop(), b))
+        b = operands.pop()
+        operands.append(Complement(b) if operator == "~" else _BINARY[operator][1](operands.pop(), b))
 
     operand_next = True  # True: a name, "(" or "~" must come next. False: an operator or ")".
     position = 0
@@ -73,9 +87,10 @@ def parse(text: str, shapes: Mapping[str, Solid], objects: Collection[str] = ())
             expected = 'a name, "(" or "~"' if operand_next else 'an operator or ")"'
             raise _error(text, match.start(match.lastgroup or 0), expected)
         if match["name"]:
-            if token not in shapes:
-                raise InputError(f'expected the name of a shape, got "{_cut(token)}"{_hint(token, shapes, objects)}')
-            solids.append(shapes[token])
+            if token not in solids:
+                hint = _hint(token, solids, objects)
+                raise InputError(f'expected the name of a shape or a part, got "{_cut(token)}"{hint}')
+            operands.append(solids[token])
             operand_next = False
         elif token in "(~":
             nesting += 1
@@ -105,13 +120,13 @@ def parse(text: str, shapes: Mapping[str, Solid], objects: Collection[str] = ())
         if operators[-1] == "(":
             raise _error(text, end, 'a ")"')
         reduce()
-    return solids[0]
+    return operands[0]
 
 
-def _hint(name: str, shapes: Mapping[str, Solid], objects: Collection[str]) -> str:
+def _hint(name: str, solids: Mapping[str, Solid], objects: Collection[str]) -> str:
     if name in objects:
-        return " (an object; only shapes can be named)"
-    return f" ({known_names(shapes)}){did_you_mean(name, shapes)}"
+        return " (an object; only shapes and parts can be named)"
+    return f" ({known_names(solids)}){did_you_mean(name, solids)}"
 
 
 def _error(text: str, position: int, expected: str) -> InputError:

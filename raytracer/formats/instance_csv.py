@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError
 from raytracer.scene.instances import Instances
-from raytracer.scene.solids import MAX_SURFACES, Solid
+from raytracer.scene.solids.limits import MAX_SURFACES
+from raytracer.scene.solids.solid import Solid
 
 # The largest length of a line, in bytes. Four numbers take about 100.
 _MAX_LINE = 1 << 18

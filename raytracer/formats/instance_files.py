@@ -14,7 +14,7 @@ from raytracer.core.validation import InputError, locate_errors
 from raytracer.formats import instance_csv, instance_npz
 from raytracer.formats.companion_files import ByteBudget, is_plain_name, read_companion
 from raytracer.scene.instances import Instances
-from raytracer.scene.solids import Solid
+from raytracer.scene.solids.solid import Solid
 
 # Functions of (solid, content of a file) that return instances of the solid. They raise InputError for wrong content.
 READERS: dict[str, Callable[[Solid, bytes], Instances]] = {".csv": instance_csv.read, ".npz": instance_npz.read}

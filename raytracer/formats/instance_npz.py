@@ -11,7 +11,8 @@ from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError
 from raytracer.formats import companion_files
 from raytracer.scene.instances import Instances
-from raytracer.scene.solids import MAX_SURFACES, Solid
+from raytracer.scene.solids.limits import MAX_SURFACES
+from raytracer.scene.solids.solid import Solid
 
 
 def read(solid: Solid, data: bytes) -> Instances:

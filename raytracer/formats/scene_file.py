@@ -32,7 +32,7 @@ MAX_BYTES = 4 * 1024 * 1024
 # The suffixes of companion files.
 _SUFFIXES = (*instance_files.READERS, *measured_files.READERS)
 # The allowed and the required top-level keys of a scene file.
-_TOP = ("camera", "shapes", "objects", "materials", "lights", "instances", "ambient", "background", "settings")
+_TOP = ("camera", "shapes", "parts", "objects", "materials", "lights", "instances", "ambient", "background", "settings")
 _NEEDED = ("camera", "shapes", "objects")
 
 
@@ -77,7 +77,7 @@ def load(path: str | os.PathLike[str]) -> Scene:
     Raises:
         InputError: the file cannot be read, or does not describe a scene. The error has `file`, `line` and `keys`.
 
-    Warns (UserWarning) of shapes that no object uses.
+    Warns (UserWarning) of shapes and parts that no object uses.
     """
     return read_document(find_scene(path)).scene
 
@@ -94,7 +94,7 @@ def load_all(path: str | os.PathLike[str]) -> SceneFile:
     Raises:
         InputError: as `load`, and for wrong settings.
 
-    Warns (UserWarning) of shapes that no object uses.
+    Warns (UserWarning) of shapes and parts that no object uses.
     """
     document = read_document(find_scene(path))
     section = document.section

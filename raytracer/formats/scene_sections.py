@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean, known_names
@@ -14,7 +15,9 @@ from raytracer.formats.companion_files import ByteBudget
 from raytracer.formats.instance_files import read_instances
 from raytracer.formats.material_library import MaterialLibrary
 from raytracer.formats.measured_files import MeasuredFiles
-from raytracer.formats.toml_tables import as_list, as_table, build, check_table
+from raytracer.formats.part_sections import find_used, read_parts
+from raytracer.formats.shape_sections import count_leaves, read_shapes
+from raytracer.formats.toml_tables import as_list, as_table, build, build_each, check_table
 from raytracer.scene.camera import Camera
 from raytracer.scene.instances import Instances
 from raytracer.scene.lights import PointLight
@@ -22,15 +25,13 @@ from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.scene import Scene
 from raytracer.scene.scene_objects import SceneObjects
-from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves
+from raytracer.scene.solids.limits import MAX_SURFACES
+from raytracer.scene.solids.solid import Solid
 
-T = TypeVar("T")
-
-# The most operators in the expressions of all objects together: as many as a scene can have primitives.
+# The most operators in the expressions of all objects and parts together: as many as a scene can have primitives.
 MAX_OPERATORS = MAX_SURFACES
 # The keys of a table in [instances]. For other tables, the keys are the fields of a struct.
 _INSTANCES = ("positions", "scales", "file")
-_PRIMITIVES: dict[str, type[Primitive]] = {"sphere": Sphere, "plane": Plane}
 
 
 def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[Scene, str]:
@@ -42,48 +43,51 @@ def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[
         folder: the folder of companion files. None: the tables must not name any.
 
     Returns:
-        The scene, and a warning of shapes that no object uses, or "".
+        The scene, and a warning of shapes and parts that no object uses, or "".
 
     Raises:
         InputError: a table has a wrong value.
     """
     measured = MeasuredFiles(folder)
-    materials = _make_named(table, "materials", lambda value, name: _material(value, name, measured))
-    library = MaterialLibrary()
-    shapes = _make_named(table, "shapes", lambda value, name: _shape(value, name, materials, library))
-    _check_operators(table["objects"])
-    solids = _make_named(table, "objects", lambda value, _: _object(value, shapes, table["objects"]))
-    objects = solids | _all_instances(table, solids, folder)
+    with within("materials"):
+        materials = build_each(table.get("materials", {}), lambda value, name: _material(value, name, measured))
+    find_material = _material_finder(materials)
+    with within("shapes"):
+        shapes = read_shapes(table["shapes"], find_material)
+    with within("objects"):
+        expressions = as_table(table["objects"])
+    part_tables = table.get("parts", {})
+    _check_operators(expressions, part_tables)
+    with within("parts"):
+        parts = read_parts(part_tables, shapes, expressions, find_material)
+    named = shapes | parts
+    with within("objects"):
+        solids = build_each(expressions, lambda value, _: _object(value, named, expressions))
+    count = partial(_count_leaves, solids=solids, expressions=expressions, parts=parts)
+    objects = solids | _all_instances(table, solids, folder, count)
     with within("lights"):
         lights = [_light(value, i) for i, value in enumerate(as_list(table.get("lights", [])))]
     with within("camera"):
         camera = build(Camera, table["camera"])
     scene = Scene(
-        objects=tuple(objects.values()),
+        objects=_join(objects, count),
         lights=lights,
         camera=camera,
         materials=tuple(materials.values()),
         name=name,
         **{key: table[key] for key in ("ambient", "background") if key in table},
     )
-    return scene, _unused_warning(shapes, scene)
+    used = find_used(expressions.values(), part_tables)
+    return scene, _unused_warning(shapes, parts, used)
 
 
-def _make_named(table: dict[str, Any], key: str, make: Callable[[Any, str], T]) -> dict[str, T]:
-    """Return `make(value, name)` for each entry of the table at `key`, by name. Errors get the path of keys."""
-    made: dict[str, T] = {}
-    with within(key):
-        for name, value in as_table(table.get(key, {})).items():
-            with within(name):
-                made[name] = make(value, name)
-    return made
-
-
-def _check_operators(objects: Any) -> None:
-    """Raise InputError if the expressions of all objects together have too many operators."""
-    texts = [text for text in objects.values() if isinstance(text, str)] if isinstance(objects, dict) else []
+def _check_operators(objects: dict[str, Any], parts: Any) -> None:
+    """Raise InputError if the expressions of all objects and parts together have too many operators."""
+    solids = (part.get("solid") for part in parts.values() if isinstance(part, dict)) if isinstance(parts, dict) else ()
+    texts = [text for text in (*objects.values(), *solids) if isinstance(text, str)]
     if (count := sum(text.count(sign) for text in texts for sign in "~-&|")) > MAX_OPERATORS:
-        raise InputError(f"expected at most {MAX_OPERATORS} operators in all, got {count}", "objects")
+        where = "objects and parts" if parts else "all"
+        raise InputError(f"expected at most {MAX_OPERATORS} operators in {where}, got {count}", "objects")
 
 
 def _light(value: Any, i: int) -> PointLight:
@@ -101,63 +105,100 @@ def _material(value: Any, name: str, measured: MeasuredFiles) -> Material:
     return Material(**parameters, name=name)
 
 
-def _shape(value: Any, name: str, materials: dict[str, Material], library: MaterialLibrary) -> Primitive:
-    if not csg_expression.is_name(name):
-        raise InputError('expected a name of letters, digits and "_" that does not begin with a digit')
-    table = check_table(value, ("material", *_PRIMITIVES), ("material",))
-    with within("material"):
-        material = _material_of(table["material"], materials, library)
-    kinds = [kind for kind in _PRIMITIVES if kind in table]
-    if len(kinds) != 1:
-        raise InputError(f"expected one of sphere or plane, got {' and '.join(kinds) or 'neither'}")
-    with within(kinds[0]):
-        return build(_PRIMITIVES[kinds[0]], table[kinds[0]], material=material)
+def _material_finder(materials: dict[str, Material]) -> Callable[[Any], Material]:
+    """Return a function from a name to the file's material of this name, or a published one. It raises InputError."""
+    library = MaterialLibrary()
+
+    def find(name: Any) -> Material:
+        if isinstance(name, str) and name in materials:
+            return materials[name]
+        if not isinstance(name, str) or "/" not in name:
+            hint = did_you_mean(name, materials) if isinstance(name, str) else ""
+            expected = "the name of a material"
+            raise InputError(f"expected {expected}, got {format_value(name)} ({known_names(materials)}){hint}")
+        return library.material(name)
+
+    return find
 
 
-def _material_of(name: Any, materials: dict[str, Material], library: MaterialLibrary) -> Material:
-    """Return the material `name` of the file, or a published material. Raises InputError."""
-    if isinstance(name, str) and name in materials:
-        return materials[name]
-    if not isinstance(name, str) or "/" not in name:
-        hint = did_you_mean(name, materials) if isinstance(name, str) else ""
-        raise InputError(f"expected the name of a material, got {format_value(name)} ({known_names(materials)}){hint}")
-    return library.material(name)
+def _object(value: Any, named: Mapping[str, Solid], objects: dict[str, Any]) -> Solid:
+    return csg_expression.parse(csg_expression.check_text(value), named, objects)
 
 
-def _object(text: Any, shapes: dict[str, Primitive], objects: dict[str, Any]) -> Solid:
-    if not isinstance(text, str):
-        raise InputError(f"expected a string, an expression over shapes, got {format_value(text)}")
-    return csg_expression.parse(text, shapes, objects)
+def _join(objects: dict[str, Solid | Instances], count: Callable[[str], int]) -> SceneObjects:
+    """Return the objects of a scene. `count` is _count_leaves() of a name, which names the object that is wrong."""
+    try:
+        return SceneObjects(tuple(objects.values()))
+    except InputError:
+        checked = 0
+        for name in objects:
+            checked += count(name)
+            # All objects together are too many: no single one is wrong.
+            if checked > MAX_SURFACES:
+                break
+        raise
 
 
-def _all_instances(table: dict[str, Any], solids: dict[str, Solid], folder: Path | None) -> dict[str, Instances]:
+def _count_leaves(
+    name: str, solids: Mapping[str, Solid], expressions: Mapping[str, str], parts: Mapping[str, Solid]
+) -> int:
+    """Return the number of leaves of an object. Raises InputError, which names the object, or its part that is wrong.
+
+    Args:
+        name: the name of the object.
+        solids: the solids of the objects.
+        expressions: the expressions of the objects.
+        parts: the parts.
+    """
+    try:
+        return count_leaves(solids[name])
+    except InputError as error:
+        # An object does not move its parts, so it is beyond the limits of lengths only if one of them is.
+        for used in sorted(csg_expression.list_names(expressions[name])):
+            if used in parts:
+                with within("parts", used):
+                    count_leaves(parts[used])
+        raise error.within("objects", name) from None
+
+
+def _all_instances(
+    table: dict[str, Any], solids: dict[str, Solid], folder: Path | None, count: Callable[[str], int]
+) -> dict[str, Instances]:
     """Read the table [instances]. Raises InputError if all instances together have too many primitives.
 
     Instances checks the limit for each entry. Here the sum is checked, before it takes much time and memory.
+
+    Args:
+        table: the tables of the file.
+        solids: the objects.
+        folder: the folder of companion files, if any.
+        count: _count_leaves() of an object.
     """
     budget = ByteBudget()
-    count = 0
+    made: dict[str, Instances] = {}
+    total = 0
+    with within("instances"):
+        tables = as_table(table.get("instances", {}))
+    for name, value in tables.items():
+        with within("instances", name):
+            if name not in solids:
+                raise InputError(f"expected the name of an object ({known_names(solids)}){did_you_mean(name, solids)}")
+        leaves = count(name)
+        with within("instances", name):
+            made[name] = _instances(value, solids[name], folder, budget)
+            total += len(made[name]) * leaves
+            if total > MAX_SURFACES:
+                raise InputError(f"expected at most {MAX_SURFACES} primitives in all, got {total}")
+    return made
 
-    def make(value: Any, name: str) -> Instances:
-        nonlocal count
-        made = _instances(value, name, solids, folder, budget)
-        count += len(made) * len(leaves(solids[name]))
-        if count > MAX_SURFACES:
-            raise InputError(f"expected at most {MAX_SURFACES} primitives in all, got {count}")
-        return made
 
-    return _make_named(table, "instances", make)
-
-
-def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | None, budget: ByteBudget) -> Instances:
-    if name not in solids:
-        raise InputError(f"expected the name of an object ({known_names(solids)}){did_you_mean(name, solids)}")
+def _instances(value: Any, solid: Solid, folder: Path | None, budget: ByteBudget) -> Instances:
     table = check_table(value, _INSTANCES)
     if ("file" in table) == ("positions" in table):
         got = "both" if "file" in table else "neither"
         raise InputError(f"expected one of positions or file, got {got}")
     if "file" not in table:
-        return Instances(solids[name], table["positions"], table.get("scales", 1.0))
+        return Instances(solid, table["positions"], table.get("scales", 1.0))
     if "scales" in table:
         raise InputError(f"expected scales in {format_value(table['file'])} only, not here as well", "scales")
     with within("file"):
@@ -165,13 +206,15 @@ def _instances(value: Any, name: str, solids: dict[str, Solid], folder: Path | N
             raise InputError(
                 "expected positions: a scene text has no folder for the file; load() the scene's file instead"
             )
-        return read_instances(solids[name], folder, check_text(table["file"], ()), budget)
+        return read_instances(solid, folder, check_text(table["file"], ()), budget)
 
 
-def _unused_warning(shapes: dict[str, Primitive], scene: Scene) -> str:
-    """Return a warning of shapes that no object uses, or ""."""
-    assert isinstance(scene.objects, SceneObjects)
-    used = {*map(id, scene.objects.nodes)}
-    unused = [name for name, shape in shapes.items() if id(shape) not in used]
-    shown = ", ".join(unused[:5]) + (", ..." if len(unused) > 5 else "")
-    return f"no object uses the shape{'s' if len(unused) > 1 else ''} {shown}" if unused else ""
+def _unused_warning(shapes: Mapping[str, Solid], parts: Mapping[str, Solid], used: set[str]) -> str:
+    """Return a warning of shapes and parts that no object uses, or ""."""
+    unused: list[str] = []
+    for kind, solids in (("shape", shapes), ("part", parts)):
+        names = [name for name in solids if name not in used]
+        if names:
+            shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
+            unused.append(f"the {kind}{'s' if len(names) > 1 else ''} {shown}")
+    return f"no object uses {' and '.join(unused)}" if unused else ""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
-from raytracer.core.validation import InputError, check_keys
+from raytracer.core.validation import InputError, check_keys, within
 
 T = TypeVar("T")
 
@@ -25,6 +25,15 @@ def build(kind: type[T], value: Any, **others: Any) -> T:
     needed = fields[: len(fields) - len(kind.__struct_defaults__)]  # pyright: ignore[reportAttributeAccessIssue]
     keys = [name for name in fields if name not in others]
     return kind(**check_table(value, keys, [name for name in needed if name not in others]), **others)
+
+
+def build_each(tables: Any, make: Callable[[Any, str], T]) -> dict[str, T]:
+    """Return `make(value, name)` for each entry of a table, by name. Raises InputError, with the name in its keys."""
+    made: dict[str, T] = {}
+    for name, value in as_table(tables).items():
+        with within(name):
+            made[name] = make(value, name)
+    return made
 
 
 def check_table(value: Any, keys: Sequence[str], needed: Sequence[str] = ()) -> dict[str, Any]:

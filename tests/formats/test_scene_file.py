@@ -13,6 +13,7 @@ import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.app.viewer.orbit import turn_camera, turn_light
 from raytracer.formats.scene_file import edit_positions, examples, load, loads
+from raytracer.scene.solids.kinds import KINDS
 from tests import scenes
 from tests.scenes import GOOD
 
@@ -75,8 +76,8 @@ BAD = [
     ('[objects]\none = "a - b"', "", "missing key `objects`"),
     ('one = "a - b"', "", "objects: expected at least one"),
     ('material = "red"', 'material = "rot"', "shapes.a.material"),
-    ('"a - b"', '"a - c"', 'objects.one: expected the name of a shape, got "c"'),
-    ('"a - b"', '"a - one"', 'objects.one: expected the name of a shape, got "one" (an object'),
+    ('"a - b"', '"a - c"', 'objects.one: expected the name of a shape or a part, got "c"'),
+    ('"a - b"', '"a - one"', 'objects.one: expected the name of a shape or a part, got "one" (an object'),
     ('"a - b"', '"a b"', "objects.one: column 3"),
     ('"a - b"', '""', "objects.one: column 1"),
     ('"a - b"', '"(a"', "objects.one: column 3"),
@@ -84,13 +85,25 @@ BAD = [
     ('"a - b"', '"' + "(" * 10_000 + "a" + ")" * 10_000 + '"', "objects.one: column 201"),
     ('"a - b"', '"' + "~" * 10_000 + 'a"', "objects.one: column 201"),
     ('"a - b"', '"a' + " | a" * 250_000 + '"', "objects.one: expected an expression of at most"),
-    ('"a - b"', '"a' + " | a" * 100_000 + '"', "objects: expected at most 65536 primitives"),
-    ('"a - b"', "\"__import__('os').system('true')\"", 'objects.one: expected the name of a shape, got "__import__"'),
-    ('"a - b"', '"vec3(1.0); } void main() {"', 'objects.one: expected the name of a shape, got "vec3"'),
+    ('"a - b"', '"a' + " | a" * 100_000 + '"', "objects.one: expected at most 65536 primitives in one object"),
+    (
+        '"a - b"',
+        "\"__import__('os').system('true')\"",
+        'objects.one: expected the name of a shape or a part, got "__import__"',
+    ),
+    ('"a - b"', '"vec3(1.0); } void main() {"', 'objects.one: expected the name of a shape or a part, got "vec3"'),
     ('"a - b"', "3", "objects.one: expected a string"),
     ("background", "a." * 70_000 + "a", "keys of at most 32 parts"),
-    ("[shapes.a]", "[shapes.a]\nplane = { normal = [0, 1, 0], offset = 0 }", "one of sphere or plane"),
-    ("sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }", "", "shapes.a: expected one of sphere or plane"),
+    (
+        "[shapes.a]",
+        "[shapes.a]\nplane = { normal = [0, 1, 0], offset = 0 }",
+        f"shapes.a: expected one of {', '.join(KINDS)}, got sphere and plane",
+    ),
+    (
+        "sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }",
+        "",
+        f"shapes.a: expected one of {', '.join(KINDS)}, got none of them",
+    ),
     ("[shapes.a]", '[shapes."a b"]', 'shapes."a b": expected a name of letters, digits and "_"'),
     ("[[lights]]", "[lights]", "lights: expected a list, got a table"),
     (
