@@ -16,16 +16,10 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.csg_pruning import Pruner
 from raytracer.scene.scene_objects import SceneObjects
-from raytracer.scene.solids import (
-    Complement,
-    Difference,
-    Intersection,
-    Plane,
-    Primitive,
-    Solid,
-    Sphere,
-    Union,
-)
+from raytracer.scene.solids.body import Placed
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Complement, Difference, Intersection, Primitive, Solid, Union
+from raytracer.scene.solids.sphere import Sphere
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -46,6 +40,9 @@ _THICK = 0.25
 # The largest number of single half-spaces that are written out in the code (llvmpipe takes two seconds to compile 100).
 # If there are more, they become programs.
 NAMED_PLANES = 32
+
+# The types of leaves, in the order of the surfaces' indices.
+_LEAVES: tuple[type[Solid], ...] = Sphere, Placed, Plane
 
 Shape = tuple[type[Solid], ...]  # the node types of a postfix tree
 
@@ -89,14 +86,20 @@ def make_batches(objects: SceneObjects) -> Batches:
         items.setdefault(tuple(kinds[start:end]), []).append(i)
     totals = {shape: int(counts[own].sum()) for shape, own in items.items()}
     candidates = [
-        shape for shape in totals if not {Plane, Complement} & set(shape) and shape.count(Sphere) <= SHAPE_LEAVES
+        shape
+        for shape in totals
+        if not {Placed, Plane, Complement} & set(shape) and shape.count(Sphere) <= SHAPE_LEAVES
     ]
     compiled = sorted(candidates, key=lambda shape: -totals[shape])[:SHAPES]
-    spheres, planes = np.zeros((2, len(objects)), np.int64)  # in one object of each entry
+    leaves = np.zeros((len(_LEAVES), len(objects)), np.int64)  # in one object of each entry
     for shape, own in items.items():
-        spheres[own], planes[own] = shape.count(Sphere), shape.count(Plane)
-    first_sphere = _running_sums(counts * spheres)
-    first_plane = first_sphere[-1] + _running_sums(counts * planes)
+        leaves[:, own] = np.array([shape.count(kind) for kind in _LEAVES])[:, None]
+    # The index of the first leaf of each kind, in each entry.
+    firsts: dict[type[Solid], Ints] = {}
+    end = 0
+    for kind, count in zip(_LEAVES, leaves, strict=True):
+        firsts[kind] = end + _running_sums(counts * count)
+        end = int(firsts[kind][-1])
     number = _running_sums(counts)
     programs: list[ProgramBatch] = []
     named: list[int] = []
@@ -104,31 +107,28 @@ def make_batches(objects: SceneObjects) -> Batches:
         if shape in compiled:
             continue
         if shape == (Plane,) and totals[shape] <= NAMED_PLANES:
-            named = _sequences(first_plane[own], 1, counts[own]).tolist()
+            named = _sequences(firsts[Plane][own], 1, counts[own]).tolist()
             continue
         tree = objects.tree(own[0])
         columns = []
-        sphere = plane = 0
-        for node in tree:
-            if isinstance(node, Plane):
-                columns.append(_sequences(first_plane[own], shape.count(Plane), counts[own]) + plane)
-                plane += 1
-            elif isinstance(node, Sphere):
-                columns.append(_sequences(first_sphere[own], shape.count(Sphere), counts[own]) + sphere)
-                sphere += 1
+        seen = dict.fromkeys(_LEAVES, 0)
+        for kind in map(type, tree):
+            if kind in seen:
+                columns.append(_sequences(firsts[kind][own], shape.count(kind), counts[own]) + seen[kind])
+                seen[kind] += 1
         order = _sequences(number[own], 1, counts[own])
         programs.append(ProgramBatch(Pruner(tree), np.column_stack(columns), order))
     shapes = [
         ShapeBatch(
             _number_leaves(objects.tree(own[0])),
-            _sequences(first_sphere[own], shape.count(Sphere), counts[own]),
+            _sequences(firsts[Sphere][own], shape.count(Sphere), counts[own]),
             _sequences(number[own], 1, counts[own]),
         )
         for shape in compiled
         for own in (items[shape],)
     ]
     numbers = np.arange(number[-1])
-    orders = [np.repeat(numbers, np.repeat(leaves, counts)) for leaves in (spheres, planes)]
+    orders = [np.repeat(numbers, np.repeat(count, counts)) for count in leaves]
     return Batches(shapes, programs, named, np.concatenate(orders))
 
 
@@ -150,7 +150,8 @@ def _number_leaves(tree: list[Solid]) -> list[Solid | int]:
 
 
 def is_bounded(shape: Shape) -> bool:
-    """Return whether a ray that misses all spheres of a tree misses its solid. A ray may always meet a half-space."""
+    """Return whether a ray that misses all spheres and bodies of a tree misses its solid. A ray may always meet a
+    half-space."""
     stack: list[bool] = []
     for kind in shape:
         if kind is Complement:
@@ -161,7 +162,7 @@ def is_bounded(shape: Shape) -> bool:
             b, a = stack.pop(), stack.pop()
             stack.append(a and b if kind is Union else a or b)
         else:
-            stack.append(kind is Sphere)
+            stack.append(kind is not Plane)
     return stack[0]
 
 

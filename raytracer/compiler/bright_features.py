@@ -3,7 +3,7 @@
 Features are emitting spheres, glints (a surface with a narrow lobe mirrors a light), and hot spots (surfaces close to
 an attenuated light). Their areas and radiance follow from the scene's numbers, to a factor of about 2. Hidden features
 count, and so do features in flat mirrors, and emitters in mirroring balls. Not counted: features in other mirrors, on
-the inside of spheres, and of the lobes of measured materials.
+the inside of spheres, on bodies (bodies.py), and of the lobes of measured materials.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
     emits, is_narrow = materials.emission.max(axis=1) > 0.0, materials.lobes.sizes > 0.0
     if not (near or emits.any() or (lights and is_narrow.any())):
         return NO_FEATURES
-    rows = np.searchsorted(surfaces.used, surfaces.material)
+    rows = np.searchsorted(surfaces.used, _without_bodies(surfaces, surfaces.material))
     emits, is_narrow = emits[rows], is_narrow[rows]
     emits[surfaces.spheres :] = False
     is_mirror = np.any(materials.mirrored, axis=1)[rows] & compiled.has_mirrors
@@ -133,7 +133,7 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
     parts = [NO_FEATURES]
     with np.errstate(all="ignore"):  # Eye.features() leaves out overflowing features
         for eye in eyes(compiled.scene.camera, size, flat, compiled.options.bounces):
-            balls = eye.sees(surfaces.centers, surfaces.radii)
+            balls = eye.sees(surfaces.centers[: surfaces.spheres], surfaces.radii[: surfaces.spheres])
             seen = np.append(balls, np.ones(len(surfaces.planes), bool))
             parts.append(_emitters(eye, _choose(surfaces, rows, seen & emits, 1), materials.emission))
             mirrors = _choose(surfaces, rows, seen & is_mirror, len(emitters.radii))
@@ -156,6 +156,11 @@ def _materials(compiled: CompiledScene) -> _Materials:
         np.array([mirrored_share(material) for material in used]),
         _Lobes(*map(np.array, zip(*lobes, strict=True))),
     )
+
+
+def _without_bodies(surfaces: Surfaces, values: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the values of S + B + P surfaces without those of the bodies: (S + P,)."""
+    return np.concatenate([values[: surfaces.spheres], values[surfaces.bounded :]])
 
 
 def _choose(surfaces: Surfaces, rows: Ints, mask: Mask, lights: int) -> _Surfaces:

@@ -85,7 +85,7 @@ class Lister:
         self._view = view
         self._items = make_items(view, batches)
         self._batches = batches
-        self._spheres = view.surfaces.spheres
+        self._bounded = view.surfaces.bounded
         self._centers = np.asfortranarray(view.centers)  # column order, in which loops over all spheres are fast
         self._radii = view.surfaces.radii
 
@@ -216,10 +216,10 @@ class Lister:
         """
         listed: list[tuple[ProgramBatch, Ints, Rows]] = []
         for batch in self._batches.programs:
-            pairs, rows, more = rows_of_cells(batch, self._spheres, self._centers, self._radii, find_pairs, total, most)
+            pairs, rows, more = rows_of_cells(batch, self._bounded, self._centers, self._radii, find_pairs, total, most)
             listed.append((batch, pairs, rows))
             total += more
-        bare = [rows_without_spheres(batch, self._spheres) for batch in self._batches.programs]
+        bare = [rows_without_spheres(batch, self._bounded) for batch in self._batches.programs]
         if any(len(rows.cell) for rows in bare):
             some = count > 0
             for _, _, rows in listed:

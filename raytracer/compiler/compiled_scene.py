@@ -15,7 +15,7 @@ from raytracer.scene.materials.models import MODELS
 from raytracer.scene.options import CompileOptions
 from raytracer.scene.scene import Scene
 from raytracer.scene.scene_objects import SceneObjects
-from raytracer.scene.solids import Plane
+from raytracer.scene.solids.plane import Plane
 
 
 class CompiledScene(msgspec.Struct, frozen=True, eq=False):

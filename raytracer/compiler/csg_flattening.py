@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from raytracer.scene.solids import Complement, Difference, Intersection, Primitive, Solid, Union
+from raytracer.scene.solids.solid import Complement, Difference, Intersection, Primitive, Solid, Union
 
 
 class Flat(NamedTuple):

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from raytracer.compiler.csg_flattening import empty_values, evaluation_order, flatten
 from raytracer.compiler.direction_cells import Ints, row_starts
 from raytracer.compiler.tree_paths import cut_into_paths
-from raytracer.scene.solids import Solid
+from raytracer.scene.solids.solid import Solid
 
 Mask = NDArray[np.bool_]
 

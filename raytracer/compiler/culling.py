@@ -13,10 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import MARGIN, grown_radii, hemisphere_cells, overlaps, tangents
+from raytracer.compiler.surfaces import Surfaces
 from raytracer.compiler.view_space import View, camera_grid
 from raytracer.scene.camera import Camera
 from raytracer.scene.lights import PointLight
-from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, simplify
+from raytracer.scene.solids.body import Placed
+from raytracer.scene.solids.flattening import simplify
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Complement, Difference, Intersection, Solid
+from raytracer.scene.solids.sphere import Sphere
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -59,7 +64,7 @@ def occupied_cells(view: View, solids: Sequence[Solid], size: tuple[int, int]) -
     pairs = overlaps(*tangents(centers, radii), corner, (step, step), shape)
     around = corners(rays).reshape(4, -1, 3)[:, pairs[0]]
     kept = _keep_in_cone(pairs, around, centers, radii)
-    return _find_occupied(solids, *kept, len(radii), shape[0] * shape[1]).reshape(shape[::-1])
+    return _find_occupied(solids, *kept, view.surfaces, shape[0] * shape[1]).reshape(shape[::-1])
 
 
 def occupied_cells_of_light(view: View, solids: Sequence[Solid], light: PointLight) -> Mask:
@@ -71,7 +76,7 @@ def occupied_cells_of_light(view: View, solids: Sequence[Solid], light: PointLig
     pairs = hemisphere_cells(centers - place, wide, grid)
     if grid >= _FINE:
         pairs = _keep_in_cone(pairs, _cell_corners(pairs[0], grid), centers - place, wide)
-    return _find_occupied(solids, *pairs, len(radii), 2 * grid * grid)
+    return _find_occupied(solids, *pairs, view.surfaces, 2 * grid * grid)
 
 
 def longest_bounded_ray(light: Array, centers: Array, radii: Array) -> float:
@@ -121,13 +126,15 @@ def _distances(points: Array, place: Array) -> Array:
     return np.sqrt(x * x + y * y + z * z)
 
 
-def _possible_cells(solid: Solid, spheres: Iterator[Mask]) -> Mask:
-    """Return the cells in which rays may meet a tree, from the cells of its spheres, in their order."""
+def _possible_cells(solid: Solid, spheres: Iterator[Mask], bodies: Iterator[Mask]) -> Mask:
+    """Return the cells in which rays may meet a tree, from the cells of its spheres and its bodies, in their order."""
     stack: list[Mask] = []
     for node in simplify(solid):
         match node:
             case Sphere():
                 stack.append(next(spheres))
+            case Placed():
+                stack.append(next(bodies))
             case Plane():
                 stack.append(np.ones(1, bool))
             case Complement():
@@ -141,19 +148,19 @@ def _possible_cells(solid: Solid, spheres: Iterator[Mask]) -> Mask:
 
 
 def _find_occupied(
-    solids: Sequence[Solid], cell: NDArray[np.int64], sphere: NDArray[np.int64], spheres: int, cells: int
+    solids: Sequence[Solid], cell: NDArray[np.int64], ball: NDArray[np.int64], surfaces: Surfaces, cells: int
 ) -> Mask:
     """Return the cells (cells,) in which a ray may meet an object other than a half-space.
 
-    `cell` and `sphere` are the pairs of a cell and a sphere in it.
+    `cell` and `ball` are the pairs of a cell and a ball in it.
     """
-    inside = np.zeros((spheres, cells), bool)
-    inside[sphere, cell] = True
-    remaining = iter(inside)
+    inside = np.zeros((surfaces.bounded, cells), bool)
+    inside[ball, cell] = True
+    spheres, bodies = iter(inside[: surfaces.spheres]), iter(inside[surfaces.spheres :])
     occupied = np.zeros(cells, bool)
     for solid in solids:
         if not isinstance(solid, Plane):
-            occupied |= _possible_cells(solid, remaining)
+            occupied |= _possible_cells(solid, spheres, bodies)
     return occupied
 
 

@@ -45,6 +45,7 @@ class SurfaceNumbers(msgspec.Struct, frozen=True, eq=False):
     coinciding: NDArray[np.int64]  # the coincidence numbers, packing.coincidences()
     blocks: dict[str, bytes]
     texels: NDArray[np.float32] | None
+    bodies: NDArray[np.float32]  # the texels of body.glsl (T, 4); with 64 bits they are in the blocks
 
 
 class MaterialNumbers(msgspec.Struct, frozen=True, eq=False):
@@ -101,6 +102,8 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
         textures: dict[str, tuple[NDArray[Any], ...]] = {"materials": (self.materials.texels,)}
         if self.surfaces.texels is not None:
             textures["numbers"] = (self.surfaces.texels,)
+        if len(self.surfaces.bodies):
+            textures["bodies"] = (self.surfaces.bodies,)
         if self.lists:
             textures |= {"items": (self.lists.camera.items,), "objects": (self.lists.camera.objects,)}
             textures |= {"lists": self.lists.entries, "ends": self.lists.ends}
@@ -176,13 +179,14 @@ def _surfaces(compiled: CompiledScene, view: View, size: tuple[int, int], previo
     if previous and previous.surfaces.key == key:
         return previous.surfaces
     coinciding = packing.coincidences(view, precision)
+    bodies = packing.face_texels(view, size, coinciding)
     if precision == 32:
-        return SurfaceNumbers(
-            key, coinciding, {}, packing.number_texels(view, size, coinciding, compiled.batches.order)
-        )
+        texels = packing.number_texels(view, size, coinciding, compiled.batches.order)
+        return SurfaceNumbers(key, coinciding, {}, texels, bodies.astype(np.float32))
     terms = np.concatenate(packing.camera_terms(view, size, coinciding))
     blocks = {"Surfaces": packing.surface_rows(view).tobytes(), "CameraTerms": terms.tobytes()}
-    return SurfaceNumbers(key, coinciding, blocks, None)
+    blocks |= {"Bodies": bodies.tobytes()} if len(bodies) else {}
+    return SurfaceNumbers(key, coinciding, blocks, None, np.zeros((0, 4), np.float32))
 
 
 def _materials(compiled: CompiledScene, view: View, limits: DriverLimits, previous: Frame | None) -> MaterialNumbers:
@@ -232,7 +236,7 @@ def _lists(
     return make_light_lists(
         camera,
         compiled.shadowing_lights,
-        compiled.surfaces.spheres,
+        compiled.surfaces.bounded,
         limits.buffer_texels,
         has_mirrors=compiled.has_mirrors,
         previous=previous.lists if previous else None,
@@ -251,7 +255,7 @@ def _cells(
 ) -> CellMasks:
     planes = compiled.batches.planes if plane_only else []
     # Without plane-only cells only empty cells matter, and these show no shadow.
-    lights = compiled.shadowing_lights if planes and compiled.surfaces.spheres else ()
+    lights = compiled.shadowing_lights if planes and compiled.surfaces.bounded else ()
     camera, grid = (lists.camera, lists.grid) if lists else (None, 0)
     stays = surfaces, compiled.batches, camera, grid, size, plane_only, compiled.has_plane_only_cells
     key = stays, light_casters(lights)
@@ -317,7 +321,7 @@ def _uniforms(
         "draw.ambient": scene.ambient,
         "draw.background": scene.background,
         "mostLight": MAX_COLOR,
-        "draw.firstPlane": compiled.surfaces.spheres,
+        "draw.firstPlane": compiled.surfaces.bounded,
         "draw.grid": lists.grid if lists else GRIDS[0],
         "draw.depthScale": 2.0 ** -math.frexp(farthest)[1],
         # OpenGL reads the matrix by columns, so the rows of the rotation make its inverse, from view space to world

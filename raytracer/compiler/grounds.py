@@ -64,8 +64,8 @@ def make_sight(view: View, planes: Sequence[int], occupied: Mask, size: tuple[in
     empty = free.copy()
     grounds = []
     for plane in planes:
-        normal = view.rotation @ view.surfaces.normals[plane - view.surfaces.spheres]
-        depth = view.depths[plane - view.surfaces.spheres]
+        normal = view.rotation @ view.surfaces.normals[plane - view.surfaces.bounded]
+        depth = view.depths[plane - view.surfaces.bounded]
         slope = rays @ normal
         # With a margin, because rounding may change the sign of a slope near 0.
         empty &= ~_cells_with_any_corner(slope * np.sign(depth) > -MARGIN * lengths)

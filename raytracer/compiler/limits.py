@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import msgspec
 
+from raytracer.compiler.body_texels import count_texels
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.core.validation import InputError
@@ -62,6 +63,7 @@ class DriverLimits(msgspec.Struct, frozen=True):
             )
         for elements, count, size in (
             *([("primitives of 64 bits", primitives, 64)] if options.precision == 64 else []),
+            *([("faces", count_texels(compiled.surfaces.bodies), 32)] if options.precision == 64 else []),
             ("lights", len(compiled.lights), 48 * options.precision // 32),
         ):
             if count * size > self.uniform_block:

@@ -60,18 +60,18 @@ def check_listed(count: float, most: int) -> None:
         raise InputError(
             f"expected at most {most} pairs of a primitive of a large object and a cell in which rays "
             f"may meet it, got about {count:.3g}, whose lists take about {count * 1.5e-7:.2g} GB; remedies are fewer "
-            "lights, a smaller picture, objects of fewer primitives, and half-spaces only together with spheres that "
+            "lights, a smaller picture, objects of fewer primitives, and half-spaces only together with solids that "
             "bound them",
             "objects",
         )
 
 
-def rows_without_spheres(batch: ProgramBatch, spheres: int) -> Rows:
-    """Return the programs of the objects for rays that meet none of their spheres, as rows of cell 0.
+def rows_without_spheres(batch: ProgramBatch, bounded: int) -> Rows:
+    """Return the programs of the objects for rays that meet none of their bounded leaves, as rows of cell 0.
 
     There are no rows if such rays miss the objects.
     """
-    planes = np.flatnonzero(batch.surfaces[0] >= spheres)
+    planes = np.flatnonzero(batch.surfaces[0] >= bounded)
     _, code = batch.pruner.programs(np.zeros(len(planes), np.int64), planes, 1)
     count = len(batch.order)
     instance = np.repeat(np.arange(count), 1 if len(code) else 0)
@@ -81,16 +81,16 @@ def rows_without_spheres(batch: ProgramBatch, spheres: int) -> Rows:
 
 
 def rows_of_cells(
-    batch: ProgramBatch, spheres: int, centers: Array, radii: Array, find_pairs: FindPairs, listed: int, most: int
+    batch: ProgramBatch, bounded: int, centers: Array, radii: Array, find_pairs: FindPairs, listed: int, most: int
 ) -> tuple[Ints, Rows, int]:
-    """Return the programs of the objects in cells whose rays may meet their spheres.
+    """Return the programs of the objects in cells whose rays may meet their bounded leaves.
 
     The values are the sorted pairs cell * objects + object of these programs, the rows, and the number of pairs of a
     primitive and a cell. Raises InputError if this number and the `listed` pairs of other batches exceed `most`.
     """
     count = len(batch.order)
-    is_sphere = batch.surfaces[0] < spheres
-    leaves, planes = np.flatnonzero(is_sphere), np.flatnonzero(~is_sphere)
+    is_bounded = batch.surfaces[0] < bounded
+    leaves, planes = np.flatnonzero(is_bounded), np.flatnonzero(~is_bounded)
     surfaces = batch.surfaces[:, leaves].ravel()
     bits = batch.surfaces.shape[1].bit_length()
     cell, number = find_pairs(centers[surfaces], radii[surfaces])

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from raytracer.scene.instances import Instances
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Sphere, Union, postfix, simplify
+from raytracer.scene.solids.flattening import simplify
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Complement, Difference, Intersection, Solid, Union, postfix
 
 
 def max_hits(solid: Solid) -> int:
     """Return the most hits of any Roth diagram of the tree and its subtrees.
 
-    A line crosses a sphere at most twice and a plane at most once. A solid that may be unbounded can also have an end
-    at each infinity. Hits come in pairs.
+    A line crosses a sphere or a body at most twice, and a plane at most once. A solid that may be unbounded can also
+    have an end at each infinity. Hits come in pairs.
     """
     most = 0
     stack: list[tuple[int, bool]] = []  # the number of crossings, and whether the solid may be unbounded
@@ -31,7 +33,7 @@ def max_hits(solid: Solid) -> int:
                 most = max(most, n + 2)  # differenceCSG() takes the complement of its second operand
                 stack.append((m + n, u))
             case _:
-                stack.append((2, False) if isinstance(node, Sphere) else (1, True))
+                stack.append((1, True) if isinstance(node, Plane) else (2, False))
         crossings, unbounded = stack[-1]
         most = max(most, crossings + 2 * unbounded)
     return most // 2 * 2

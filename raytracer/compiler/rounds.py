@@ -8,9 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+import numpy as np
+from numpy.typing import NDArray
+
 from raytracer.compiler.batches import SHAPE_LEAVES
+from raytracer.compiler.bodies import WALLS
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.roth_bounds import max_hits, roth_loops
+from raytracer.compiler.surfaces import Surfaces
+
+Ints = NDArray[np.int64]
 
 # The number of rounds of all loops together after which llvmpipe leaves every loop of a shader (cut_short.glsl).
 MAX_ROUNDS = 65535
@@ -18,6 +25,9 @@ MAX_ROUNDS = 65535
 # through the list, one in the search for it, one for each root of its spheres, and one for the end. A code of a chain
 # takes fewer, except for the few rays that meet more leaves than chain.glsl has room for.
 ENTRY_ROUNDS = 2 + 2 * SHAPE_LEAVES + 1
+# The most rounds for the roots of a part of a torus, and of the other part in addition (torus_wall.glsl): steps of
+# Newton's method with 64 bits.
+_TORUS_ROUNDS = 2 * (5 + 2 * (1 + 16)) + 2
 # The most rounds of the reflectance models with loops, for one light. diffuse_microfacet with 4096 nodes has 40
 # azimuths, four times 5 parts for each azimuth, and 5 nodes in each part. he has three sums of 1,025 terms, and
 # Newton's steps. lafortune has 16 lobes of three channels.
@@ -45,7 +55,14 @@ def ray_rounds(compiled: CompiledScene) -> int:
     if compiled.options.evaluator == "roth":
         # Each loop is over at most max_hits() hits of two solids, and their ends at infinity.
         return roth_loops(compiled.scene) * (max(map(max_hits, compiled.scene.solids())) + 4)
-    return 3 * compiled.surfaces.size  # the roots of all surfaces, then the walk from root to root
+    # The roots of all surfaces, then the walk from root to root.
+    return 3 * compiled.surfaces.size + int(body_rounds(compiled.surfaces).sum())
+
+
+def body_rounds(surfaces: Surfaces) -> Ints:
+    """Return the most rounds for the roots of each body (B,): one for each slab, and the steps for a torus."""
+    bodies = surfaces.bodies
+    return np.diff(bodies.starts) + np.where(bodies.kinds == WALLS.index("torus"), _TORUS_ROUNDS, 0)
 
 
 def may_take_many_rounds(compiled: CompiledScene) -> bool:

@@ -1,4 +1,4 @@
-"""A scene's surfaces as arrays, in the order of their index in the shaders: spheres, then planes."""
+"""A scene's surfaces as arrays, in the order of their index in the shaders: spheres, then bodies, then planes."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.compiler.bodies import WALLS, Bodies, is_on_wall, make_bodies
 from raytracer.core.validation import Vec3
 from raytracer.scene.lights import PointLight
 from raytracer.scene.scene import Scene
 from raytracer.scene.scene_objects import SceneObjects
-from raytracer.scene.solids import ROUNDING, Plane, leaves
+from raytracer.scene.solids.body import Placed
+from raytracer.scene.solids.flattening import leaves
+from raytracer.scene.solids.limits import ROUNDING
+from raytracer.scene.solids.plane import Plane
 
 Array = NDArray[np.float64]
 
@@ -27,25 +31,31 @@ _NEAREST = np.float32(2.0**-50)
 
 
 class Surfaces(msgspec.Struct, frozen=True, eq=False):
-    """S spheres and P planes, in world space."""
+    """S spheres, B bodies and P planes, in world space. A surface here is a leaf of the trees; a body has faces."""
 
-    centers: Array  # (S, 3)
-    radii: Array  # (S,)
-    extents: Array  # (S,): the largest absolute coordinate of each centre
+    centers: Array  # (S + B, 3), of the spheres, then of the bodies' bounding balls
+    radii: Array  # (S + B,)
+    extents: Array  # (S,): the largest absolute coordinate of each sphere's centre
+    bodies: Bodies
     planes: list[Plane]
     normals: Array  # (P, 3), unit
     offsets: Array  # (P,), for the unit normals
-    material: NDArray[np.int32]  # (S + P,), index into Scene.materials
+    material: NDArray[np.int32]  # (S + B + P,), index into Scene.materials
     used: list[int]  # the indices of the materials in use
 
     @property
     def spheres(self) -> int:
         """The number S of spheres."""
+        return len(self.extents)
+
+    @property
+    def bounded(self) -> int:
+        """The number S + B of surfaces with bounding balls, which is the index of the first plane."""
         return len(self.radii)
 
     @property
     def size(self) -> int:
-        """The number of surfaces, spheres and planes: S + P."""
+        """The number of surfaces: S + B + P."""
         return len(self.material)
 
 
@@ -54,23 +64,26 @@ def make_surfaces(scene: Scene) -> Surfaces:
     assert isinstance(scene.objects, SceneObjects)
     order = {material: i for i, material in enumerate(scene.materials)}
     sphere_materials: list[NDArray[np.int32]] = []
-    plane_materials: list[NDArray[np.int32]] = []
+    bodies: list[Placed] = []
     planes: list[Plane] = []
     for run in scene.objects.runs():
         own = np.array([order[sphere.material] for sphere in run.spheres], np.int32)
         sphere_materials.append(np.tile(own, len(run.instances)) if run.instances else own)
-        if placed := run.planes:
-            if run.instances:
-                placed = [leaf for solid in run.instances.solids() for leaf in leaves(solid) if isinstance(leaf, Plane)]
-            planes += placed
-            plane_materials.append(np.array([order[plane.material] for plane in placed], np.int32))
+        others = [node for node in run.nodes if isinstance(node, Placed | Plane)]
+        if others and run.instances:
+            others = [leaf for solid in run.instances.solids() for leaf in leaves(solid)]
+        bodies += [leaf for leaf in others if isinstance(leaf, Placed)]
+        planes += [leaf for leaf in others if isinstance(leaf, Plane)]
     centers, radii = scene.objects.spheres()
-    material = np.concatenate([*sphere_materials, *plane_materials])
+    made = make_bodies(bodies)
+    other_materials = [order[leaf.material] for leaf in (*bodies, *planes)]
+    material = np.concatenate([*sphere_materials, np.array(other_materials, np.int32)])
     units = [plane.unit() for plane in planes]
     return Surfaces(
-        centers,
-        radii,
+        np.concatenate([centers, made.centers]),
+        np.concatenate([radii, made.radii]),
         np.abs(centers).max(axis=1, initial=0.0),
+        made,
         planes,
         np.array([normal for normal, _ in units]).reshape(-1, 3),
         np.array([offset for _, offset in units]),
@@ -82,13 +95,15 @@ def make_surfaces(scene: Scene) -> Surfaces:
 def touched_surfaces(surfaces: Surfaces, lights: Sequence[PointLight]) -> list[int | None]:
     """Find the index of the first surface that each light lies on, or None.
 
+    The faces of bodies count after all surfaces: first both faces of each slab, high and low, then the walls.
+
     A point light lies on a surface by Sphere.touches() and Plane.touches(). A light with a radius lies only on its own
     sphere, by PointLight.is_bulb().
     """
     with np.errstate(over="ignore", invalid="ignore"):
-        x, y, z, radius = np.vstack((surfaces.centers.T, surfaces.radii)).astype(np.float32)
+        x, y, z, radius = np.vstack((surfaces.centers.T, surfaces.radii))[:, : surfaces.spheres].astype(np.float32)
         # Rounding to float32 changes the distance from a sphere by at most half of this.
-        slack = _COARSE * np.maximum(surfaces.extents, surfaces.radii).astype(np.float32)
+        slack = _COARSE * np.maximum(surfaces.extents, surfaces.radii[: surfaces.spheres]).astype(np.float32)
         touched: list[int | None] = []
         for light in lights:
             a, b, c, own = np.array((*light.position, light.radius), np.float32)
@@ -103,7 +118,7 @@ def touched_surfaces(surfaces: Surfaces, lights: Sequence[PointLight]) -> list[i
 
 
 def _surface_at_light(surfaces: Surfaces, light: PointLight, near: NDArray[np.int64]) -> int | None:
-    """Return the index of the first surface that a light lies on, among the planes and the spheres `near` it."""
+    """Return the index of the first surface that a light lies on: a sphere `near` it, a plane, or a face."""
     distance = np.linalg.norm(surfaces.centers[near] - light.position, axis=1)
     largest = max(map(abs, (*light.position, light.radius)))
     radii, extents = surfaces.radii[near], np.maximum(surfaces.extents[near], largest)
@@ -116,12 +131,32 @@ def _surface_at_light(surfaces: Surfaces, light: PointLight, near: NDArray[np.in
     touching = near[off <= bound]
     if len(touching):
         return int(touching[0])
-    if light.radius or not surfaces.planes:
+    if light.radius:
         return None
     # Plane.touches() sums without rounding, which is slow, so only planes near the light are tested.
     off = np.abs(surfaces.normals @ light.position - surfaces.offsets)
     near = np.flatnonzero(off <= _NEAR * np.maximum(np.abs(surfaces.offsets), largest))
-    return next((surfaces.spheres + int(p) for p in near if surfaces.planes[p].touches(light.position)), None)
+    plane = next((surfaces.bounded + int(p) for p in near if surfaces.planes[p].touches(light.position)), None)
+    return plane if plane is not None else _face_at_light(surfaces, light)
+
+
+def _face_at_light(surfaces: Surfaces, light: PointLight) -> int | None:
+    """Return the index of the first face of a body that a light lies on, or None."""
+    bodies = surfaces.bodies
+    largest = max(map(abs, light.position))
+    offsets = np.column_stack([bodies.high, bodies.low])
+    off = np.abs((bodies.normals @ light.position)[:, None] - offsets)
+    with np.errstate(invalid="ignore"):
+        near = np.flatnonzero(np.isfinite(off) & (off <= _NEAR * np.maximum(np.abs(offsets), largest)))
+    if len(near):
+        return surfaces.size + int(near[0])
+    values = bodies.forms[:, :, :3] @ light.position + bodies.forms[:, :, 3]
+    sizes = np.abs(bodies.forms[:, :, :3]) @ np.abs(light.position) + np.abs(bodies.forms[:, :, 3])
+    for body in np.flatnonzero(bodies.walls >= 0):
+        wall = bodies.walls[body]
+        if is_on_wall(WALLS[bodies.kinds[body]], values[wall], _NEAR * float(sizes[wall].max())):
+            return surfaces.size + 2 * len(bodies.high) + int(wall)
+    return None
 
 
 def powers(centers: Array, radii: Array, point: Vec3) -> Array:

@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.compiler.body_view import BodyView, make_body_view, plane_depths, turned
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.surfaces import Surfaces
 from raytracer.core.validation import Vec3
@@ -25,13 +26,14 @@ class View(msgspec.Struct, frozen=True, eq=False):
     camera: Camera
     surfaces: Surfaces
     rotation: Array  # (3, 3), by rotation()
-    vectors: Array  # (N, 3): the centres of the spheres and the unit normals of the planes, in view space
-    depths: list[float]  # the depth of the camera in each plane's half-space
+    vectors: Array  # (N, 3): the centres of spheres and bounding balls and the unit normals of planes, in view space
+    depths: Array  # (P,): the depth of the camera in each plane's half-space
+    bodies: BodyView
 
     @property
     def centers(self) -> Array:
-        """The centres of the spheres (S, 3), in view space."""
-        return self.vectors[: self.surfaces.spheres]
+        """The centres of the spheres and of the bodies' bounding balls (S + B, 3), in view space."""
+        return self.vectors[: self.surfaces.bounded]
 
     def place(self, point: Vec3) -> Array:
         """Transform a point to view space (3,)."""
@@ -41,8 +43,9 @@ class View(msgspec.Struct, frozen=True, eq=False):
 def make_view(surfaces: Surfaces, camera: Camera) -> View:
     """Transform surfaces to the view space of a camera."""
     turn = rotation(camera)
-    vectors = np.concatenate([surfaces.centers - camera.position, surfaces.normals]) @ turn.T
-    return View(camera, surfaces, turn, vectors, [plane.depth(camera.position) for plane in surfaces.planes])
+    vectors = turned(np.concatenate([surfaces.centers - camera.position, surfaces.normals]), turn)
+    depths = plane_depths(surfaces.normals, surfaces.offsets, camera.position)
+    return View(camera, surfaces, turn, vectors, depths, make_body_view(surfaces.bodies, camera, turn))
 
 
 def rotation(camera: Camera) -> Array:

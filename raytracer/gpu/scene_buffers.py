@@ -12,7 +12,7 @@ from raytracer.gpu.gl import BufferTexture, volume_texture
 from raytracer.gpu.texture_units import SCENE_UNITS
 
 # Binding points of uniform blocks.
-_BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2}
+_BLOCKS = {"Surfaces": 0, "CameraTerms": 1, "Lights": 2, "Bodies": 3}
 
 
 class SceneBuffers:

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 # The scene's buffer textures and tables.
-SCENE_UNITS = {"numbers": 2, "materials": 3, "items": 4, "lists": 5, "ends": 6, "objects": 7, "measured": 8}
+SCENE_UNITS = {
+    "numbers": 2,
+    "materials": 3,
+    "items": 4,
+    "lists": 5,
+    "ends": 6,
+    "objects": 7,
+    "measured": 8,
+    "bodies": 9,
+}
 # All samplers of the shaders. OpenGL 3.3 promises 16 units to each shader.
 UNITS = SCENE_UNITS | {
     "surface": 0,

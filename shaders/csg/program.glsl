@@ -13,18 +13,29 @@
 const int PUSH = 0, AND_LEAF = 1, OR_LEAF = 2, AND = 3, OR = 4;
 
 real2 leafRoots(Ray ray, int index) {
-#if defined(HAS_SPHERES) && defined(HAS_PLANES)
-    return index < firstPlane ? sphereRoots(ray, surfaceOf(index)) : planeRoots(ray, surfaceOf(index));
-#elif defined(HAS_SPHERES)
-    return sphereRoots(ray, surfaceOf(index));
+    Surface s = surfaceOf(index);
+#ifdef HAS_PLANES
+#if defined(HAS_SPHERES) || defined(HAS_BODIES)
+    if (index >= firstPlane) return planeRoots(ray, s);
 #else
-    return planeRoots(ray, surfaceOf(index));
+    return planeRoots(ray, s);
+#endif
+#endif
+#ifdef HAS_SPHERES
+#ifdef HAS_BODIES
+    if (!isBody(s)) return sphereRoots(ray, s);
+#else
+    return sphereRoots(ray, s);
+#endif
+#endif
+#ifdef HAS_BODIES
+    return bodyRoots(ray, s);
 #endif
 }
 
-// Whether the ray may meet the leaf before the distance `end`. A sphere's radius grows by `blur`. Planes always count.
+// Whether the ray may meet the leaf before the distance `end`. A ball's radius grows by `blur`. Planes always count.
 bool mayMeet(Ray ray, int index, real blur, real end) {
-#ifdef HAS_SPHERES
+#if defined(HAS_SPHERES) || defined(HAS_BODIES)
     vec4 shape = shapeOf(index);
     bool met = meets(ray, vec4(shape.xyz, shape.w + blur), end);
 #else

@@ -1,5 +1,5 @@
 // Constructive solid geometry by hit lists (Roth diagrams), in the words of the course assignment.
-// Provides struct Hit, struct Roth, raySphere(), rayPlane(), unionCSG(), intersectionCSG(), complementCSG(),
+// Provides struct Hit, struct Roth, raySphere(), rayPlane(), rayBody(), unionCSG(), intersectionCSG(), complementCSG(),
 // differenceCSG(), firstHit(). (Roth, "Ray casting for modeling solids", 1982.) All lengths are in view space.
 //
 // A Roth diagram is the list of a ray's crossings with a solid, in strictly increasing order of the distance t. It
@@ -60,6 +60,21 @@ Roth rayPlane(Ray ray, real4 plane, real slope, int surface, int mat) {
     }
     return r;
 }
+
+#ifdef HAS_BODIES
+// The crossings of a body with the roots `span`. mat: the surface's index + 1. The hits have no normals: the code of
+// faces is long, so only the nearest hit gets one.
+Roth rayBody(real2 span, int mat) {
+    Roth r;
+    r.n = 0;
+    if (span.x < span.y) {
+        r.n = 2;
+        r.hit[0] = Hit(span.x, real3(0.0), mat);
+        r.hit[1] = Hit(span.y, real3(0.0), -mat);
+    }
+    return r;
+}
+#endif
 
 // The parts of the line that are inside at least `depth` of a and b: 1 is the union, 2 the intersection. Hits of a and
 // b at the same t count as one step, so coincident faces become one face or none; the hit is then the one of a.

@@ -1,9 +1,9 @@
-// The scene's primitives, spheres and planes, in view space.
-// Provides struct Surface, surfaceOf(), firstPlane, indexOf().
+// The scene's primitives, in view space: spheres, bodies and planes.
+// Provides struct Surface, surfaceOf(), isBody(), firstPlane, indexOf(). Bodies are all other primitives (body.glsl).
 //
-// A surface's index counts the spheres first, then the planes; firstPlane is the number of spheres. The host defines
-// HAS_SPHERES and HAS_PLANES if there are any, SPHERES as the number of spheres, and SURFACES as the number of all
-// surfaces. For large scenes it defines LISTS instead of the numbers, so that the text does not depend on them. The
+// A surface's index counts the spheres first, then the bodies, then the planes. The host defines HAS_SPHERES,
+// HAS_BODIES and HAS_PLANES if there are any, FIRST_PLANE as the index of the first plane, and SURFACES as the number
+// of all surfaces. For large scenes it defines LISTS instead of the numbers, so that the text does not depend on them. The
 // vertex shader (draw.glsl) hands on the few surfaces that a text names.
 //
 // A hit names its surface by one number, `mat`: the surface's index + 1, negative where the ray leaves the primitive; 0
@@ -12,12 +12,22 @@
 #include "geometry/real.glsl"
 
 struct Surface {
-    // A sphere: center, radius. A plane: unit outward normal, offset: solid where dot(normal, x) <= offset.
+    // A sphere: center, radius; a body: the same of a ball around it. A plane: unit outward normal, offset: solid where dot(normal, x) <= offset.
     real4 shape;
     // .xyz: for cameraSlope(). .w: for a sphere, the power of the camera's position; for a plane, its object's number.
+    // For a body, the header of body.glsl.
     real4 coarse;
-    real4 fine;    // .xyz: for cameraSlope(); .w: the coincidence number, sameAs() of terms.glsl
+    real4 fine;    // .xyz: for cameraSlope(); .w: the coincidence number, sameAs() of terms.glsl; 0 for a body
 };
+
+// Whether a sphere or a body is a body. The coincidence numbers are those of its faces.
+bool isBody(Surface s) {
+#ifdef HAS_BODIES
+    return s.fine.w == 0.0;
+#else
+    return false;
+#endif
+}
 
 #ifdef DOUBLES
 layout(std140) uniform Surfaces {
@@ -49,7 +59,7 @@ float objectOf(int index) {
 #endif
 
 #ifndef LISTS
-const int firstPlane = SPHERES;
+const int firstPlane = FIRST_PLANE;
 #elif !defined(VERTEX)
 flat in int firstPlane;
 #endif

@@ -17,7 +17,7 @@ struct Draw {
     real pixelScale;    // tan(fov/2) / H
     vec3 ambient;
     vec3 background;
-    int firstPlane;     // the number of spheres, which is the index of the first plane (surfaces.glsl)
+    int firstPlane;     // the index of the first plane (surfaces.glsl)
     int grid;           // the number of cells along each side of a hemisphere around a light (lists.glsl)
     float depthScale;   // the factor that makes the distances of all objects of common shapes less than 1
 #ifdef SPHERE_LIGHTS

@@ -13,14 +13,13 @@ flat in int lightIndex;  // the index of the sample point on each light (sobol.g
 
 #if LIGHTS > 0
 // The light of a light source, number i, that a point P sends back in the direction V. P is on the surface `mat`
-// (surfaces.glsl), n is the outward unit normal there, and V is unit; all in view space.
-vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3 V) {
+// (surfaces.glsl), `start` is its face there, and V is unit; all in view space.
+vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, Contact start, bool isFlat, vec3 V) {
     // N is exactly n or -n, so that the sign of N.L and the shadow ray's own root agree on the side of L.
-    real3 N = mat > 0 ? n : -n;
+    real3 N = mat > 0 ? start.n : -start.n;
     real3 toLight = light.position - P;
     real distance = length(toLight);
     real3 L = toLight * (1.0 / distance);
-    Contact start = Contact(sameAs(hitSurface(mat)), n);
     Contact end = Contact(light.on, light.n);
 #ifdef FALLOFF
     light.color = irradiance(light, distance);
@@ -34,8 +33,8 @@ vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, real3 n, vec3
         light.color *= ray.weight;
     }
 #endif
-    // A light in the plane itself grazes it: N.L counts as 0, whatever its rounded value is.
-    bool grazes = isPlane(mat) && end.surface == start.surface;
+    // A light in the plane of the face itself grazes it: N.L counts as 0, whatever its rounded value is.
+    bool grazes = isFlat && end.surface == start.surface;
     float NoL = float(dot(N, L));
     // A light on P itself, at distance 0, has no direction.
     if (distance == 0.0 || grazes || NoL <= 0.0) return vec3(0.0);
@@ -58,18 +57,20 @@ vec3 radianceAt(int mat, Ray view) {
     I += m.le;
 #endif
 #if LIGHTS > 0
-    real3 P, n;
-    pointAt(mat, view, P, n);
+    real3 P;
+    Contact on;
+    bool isFlat;
+    pointAt(mat, view, P, on, isFlat);
     vec3 V = vec3(-view.rd);
     // Two lights are written out, because a loop would take llvmpipe a third longer; but not with hit lists, because it
     // needs minutes to compile Roth's filters twice in a row.
 #if LIGHTS == 1 || (LIGHTS == 2 && !defined(MAX_HITS))
-    I += reflectedOf(light0, 0, m, mat, P, n, V);
+    I += reflectedOf(light0, 0, m, mat, P, on, isFlat, V);
 #if LIGHTS == 2
-    I += reflectedOf(light1, 1, m, mat, P, n, V);
+    I += reflectedOf(light1, 1, m, mat, P, on, isFlat, V);
 #endif
 #else
-    for (int i = 0; i < LIGHTS; i++) I += reflectedOf(lights[i], i, m, mat, P, n, V);
+    for (int i = 0; i < LIGHTS; i++) I += reflectedOf(lights[i], i, m, mat, P, on, isFlat, V);
 #endif
 #endif
     return I;

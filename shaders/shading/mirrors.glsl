@@ -13,12 +13,14 @@ vec3 radianceByMirrors(int mat, Ray view, vec3 background) {
             share = vec3(0.0);
         } else {
             c += share * radianceAt(mat, view);
-            real3 P, n;
-            pointAt(mat, view, P, n);
-            real3 N = mat > 0 ? n : -n;
+            real3 P;
+            Contact on;
+            bool isFlat;
+            pointAt(mat, view, P, on, isFlat);
+            real3 N = mat > 0 ? on.n : -on.n;
             share *= mirrored(hitMaterial(mat), vec3(N), vec3(-view.rd));
             real3 rd = normalize(reflect(view.rd, N));
-            view = Ray(P, rd, false, Contact(sameAs(hitSurface(mat)), n), Contact(0, real3(0.0)), INF);
+            view = Ray(P, rd, false, on, Contact(0, real3(0.0)), INF);
             if (share != vec3(0.0) && bounce < BOUNCES) {
                 real3 at, normal;
                 int met;

@@ -13,7 +13,8 @@ import raytracer as rt
 from raytracer.compiler import csg_pruning
 from raytracer.compiler.csg_pruning import Pruner
 from raytracer.ground_truth.intersection import _inside, _owner
-from raytracer.scene.solids import Solid, leaves, postfix
+from raytracer.scene.solids.flattening import leaves
+from raytracer.scene.solids.solid import Solid, postfix
 from tests.scenes import random_tree
 
 Mask = NDArray[np.bool_]

@@ -14,7 +14,9 @@ from raytracer.ground_truth.intersection import Tracer
 from raytracer.ground_truth.ray_tracer import camera_rays
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import Plane, Solid, leaves
+from raytracer.scene.solids.flattening import leaves
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Solid
 from tests import scenes
 from tests.compiled import cell_masks, compiled
 from tests.pictures import assert_cells_agree

@@ -11,7 +11,8 @@ from raytracer.compiler.compiled_scene import compile as compile_scene
 from raytracer.compiler.surfaces import make_surfaces, powers, touched_surfaces
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import Sphere, leaves
+from raytracer.scene.solids.flattening import leaves
+from raytracer.scene.solids.sphere import Sphere
 from tests import scenes
 from tests.compiled import compiled
 

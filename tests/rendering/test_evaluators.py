@@ -16,7 +16,8 @@ from raytracer.compiler import compiled_scene
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import Shadows
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import leaves, with_leaves
+from raytracer.scene.solids.flattening import leaves, with_leaves
+from raytracer.scene.solids.solid import Primitive
 from tests import scenes
 from tests.pictures import assert_same
 
@@ -216,6 +217,6 @@ def test_random_scenes_with_mirrors_have_identical_pictures(
             check(renderer, monkeypatch, scene, SIZES[rng.integers(2, len(SIZES))], Settings(bounces=3))
 
 
-def _maybe_repaint(rng: np.random.Generator, material: rt.Material, leaf: rt.Sphere | rt.Plane) -> rt.Solid:
+def _maybe_repaint(rng: np.random.Generator, material: rt.Material, leaf: Primitive) -> rt.Solid:
     """Return the primitive, or with a probability of 1/2 a copy with the material."""
-    return leaf.replace(material=material) if rng.random() < 0.5 else leaf
+    return leaf.with_material(material) if rng.random() < 0.5 else leaf

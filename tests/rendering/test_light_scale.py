@@ -15,7 +15,7 @@ from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import with_leaves
+from raytracer.scene.solids.flattening import with_leaves
 from tests import scenes
 from tests.compiled import frame
 

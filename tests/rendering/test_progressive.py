@@ -26,7 +26,8 @@ from raytracer.rendering.progressive import Pace, ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import Evaluator
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import Primitive, Solid, with_leaves
+from raytracer.scene.solids.flattening import with_leaves
+from raytracer.scene.solids.solid import Primitive, Solid
 from tests import scenes
 
 pytestmark = pytest.mark.gl
@@ -229,6 +230,7 @@ def changed_scenes(scene: rt.Scene) -> Iterator[rt.Scene]:
     def moved(leaf: Primitive) -> Solid:
         if isinstance(leaf, rt.Sphere):
             return rt.Sphere(add(leaf.center, (0.1, -0.2, 0.3)), leaf.radius, leaf.material)
+        assert isinstance(leaf, rt.Plane)
         return rt.Plane(add(leaf.normal, (0.1, 0, 0.2)), leaf.offset - 0.5, leaf.material)
 
     def scaled(leaf: Primitive) -> Solid:

@@ -93,14 +93,14 @@ def _surface_names(compiled: CompiledScene) -> dict[int, str]:
     planes, size = compiled.batches.planes, compiled.surfaces.size
     if compiled.has_lists:  # leave room for the leaves of an object of a common shape
         named = planes if len(planes) <= CONSTANTS - SHAPE_LEAVES else []
-        return {k: f"plane{k - compiled.surfaces.spheres}" for k in named}
+        return {k: f"plane{k - compiled.surfaces.bounded}" for k in named}
     names = {k: f"surface{k}" for k in (range(size) if size <= CONSTANTS else planes)}
     return names if len(names) <= CONSTANTS and compiled.options.precision == 32 else {}
 
 
 def surface_index(compiled: CompiledScene, surface: int) -> str:
     """Return the GLSL expression for a surface's index."""
-    return f"firstPlane + {surface - compiled.surfaces.spheres}" if compiled.has_lists else str(surface)
+    return f"firstPlane + {surface - compiled.surfaces.bounded}" if compiled.has_lists else str(surface)
 
 
 def surface_texts(compiled: CompiledScene, handed: Handed) -> dict[int, str]:

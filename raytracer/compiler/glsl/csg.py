@@ -1,13 +1,14 @@
 """Generates the GLSL text of rayCSG() and blockedAt(): the first surface of CSG trees that a ray meets.
 
-Trees are postfix lists with surface indices instead of leaves: spheres first, then planes.
+Trees are postfix lists with surface indices instead of leaves.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
-from raytracer.scene.solids import Complement, Difference, Intersection, Solid, Union
+from raytracer.scene.solids.solid import Complement, Difference, Intersection, Solid, Union
 
 Tree = list[Solid | int]
 # The most surfaces whose roots a walk computes by written-out code, which is fastest. For more it uses a loop, _AT_ONCE
@@ -20,18 +21,38 @@ RAY_CSG = [
     "// side) and `mat` (surfaces.glsl). Without one: the ray's distance, the point there, 0 and 0.",
     "real rayCSG(Ray ray, out real3 P, out real3 N, out int mat) {",
 ]
+POINT_AT = ["    Contact on;", "    bool isFlat;", "    pointAt(mat, ray, P, on, isFlat);", "    N = on.n;"]
 BLOCKED_AT = [
     "// The distance to the first surface on a ray to a light, or to the ray's end.",
     "real blockedAt(Ray ray, int light) {",
 ]
 
 
-def _roots(index: int, spheres: int, surface: str) -> str:
+class Ranges(NamedTuple):
+    """The order of surfaces' indices: spheres first, then bodies, then planes."""
+
+    spheres: int  # the number of spheres, which is the index of the first body
+    bounded: int  # the index of the first plane
+    size: int
+
+    def kind(self, index: int) -> str:
+        """Return the kind of a surface, as in the names of GLSL functions."""
+        return "sphere" if index < self.spheres else "body" if index < self.bounded else "plane"
+
+
+def _roots(index: int, ranges: Ranges, surface: str) -> str:
     """Return the call that computes both roots of a surface."""
-    return f"{'sphere' if index < spheres else 'plane'}Roots(ray, {surface})"
+    return f"{ranges.kind(index)}Roots(ray, {surface})"
 
 
-def roth_text(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> list[str]:
+_BODY_NORMAL = [
+    "    if (mat != 0 && !isPlane(mat) && isBody(hitSurface(mat))) {",
+    *(f"    {line}" for line in POINT_AT),
+    "    }",
+]
+
+
+def roth_text(trees: list[Tree], ranges: Ranges, surfaces: Mapping[int, str]) -> list[str]:
     """Generate the evaluator `roth`: a function of the assignment's filters for each object, and the nearest first hit.
 
     `surfaces` has the GLSL expression for each surface.
@@ -44,7 +65,9 @@ def roth_text(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> l
             if isinstance(node, int):
                 s = surfaces[node]
                 ends = f"sameAs({s}), {node + 1}"
-                if node < spheres:
+                if ranges.kind(node) == "body":
+                    value = f"rayBody(bodySpans[{node - ranges.spheres}], {node + 1})"
+                elif ranges.kind(node) == "sphere":
                     value = f"raySphere(ray, {s}.shape, sphereTerms(ray, {s}), {ends})"
                 else:
                     value = f"rayPlane(ray, {s}.shape, planeSlope(ray, {s}), {ends})"
@@ -56,14 +79,23 @@ def roth_text(trees: list[Tree], spheres: int, surfaces: Mapping[int, str]) -> l
             lines.append(f"    Roth r{k} = {value};")
             stack.append(k)
         lines += [f"    return r{stack[0]};", "}", ""]
+    count = ranges.bounded - ranges.spheres
+    spans = [f"    for (int k = 0; k < {count}; k++) bodySpans[k] = bodyRoots(ray, surfaceOf({ranges.spheres} + k));"]
     return [
+        *(
+            [f"real2 bodySpans[{count}];  // the roots of all bodies, in one loop, because their code is long"]
+            if count
+            else []
+        ),
         *lines,
         *RAY_CSG,
+        *(spans if count else []),
         "    Hit nearest = Hit(ray.distance, real3(0.0), 0);",
         *(f"    firstHit(object{number}(ray), nearest);" for number in range(len(trees))),
         "    P = ray.ro + nearest.t * ray.rd;",
         "    N = nearest.normal;",
         "    mat = nearest.mat;",
+        *(_BODY_NORMAL if count else []),
         "    return nearest.t;",
         "}",
         "",
@@ -79,13 +111,13 @@ _HOLDS: dict[type[Solid], str] = {Union: "max({}, {})", Intersection: "min({}, {
 _LOGIC: dict[type[Solid], str] = {Union: "{} || {}", Intersection: "{} && {}", Difference: "{} && !{}"}
 
 
-def walk_text(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, with_owner: bool) -> list[str]:
+def walk_text(trees: list[Tree], ranges: Ranges, surfaces: Mapping[int, str], *, with_owner: bool) -> list[str]:
     """Generate the evaluator `walk`: a walk over all objects, to the first root at which an object's value changes.
 
     `surfaces` has the GLSL expression for each surface. With `with_owner` the text is rayCSG(), else blockedAt().
     """
     holds: list[str] = []  # the lines that compute v0, v1, ..., the value of each object
-    spans = _spans(len(surfaces), spheres, surfaces)
+    spans = _spans(ranges, surfaces)
     for k, tree in enumerate(trees):
         holds += _holds(tree, f"v{k}")
     objects = range(len(trees))
@@ -105,7 +137,7 @@ def walk_text(trees: list[Tree], spheres: int, surfaces: Mapping[int, str], *, w
         "        at = next;",
         "    }",
     ]
-    return _walk_function(lines, [*owner_text(trees), "    pointAt(mat, ray, P, N);"] if with_owner else None)
+    return _walk_function(lines, [*owner_text(trees), *POINT_AT] if with_owner else None)
 
 
 def _walk_function(lines: list[str], owner_lines: list[str] | None) -> list[str]:
@@ -124,19 +156,25 @@ def _walk_function(lines: list[str], owner_lines: list[str] | None) -> list[str]
     ]
 
 
-def _spans(count: int, spheres: int, surfaces: Mapping[int, str]) -> list[str]:
+def _spans(ranges: Ranges, surfaces: Mapping[int, str]) -> list[str]:
     """Generate the lines that compute both roots of all surfaces, as s0, s1, ..."""
-    if count <= FEW_SPANS:
-        return [f"    real2 s{k} = {_roots(k, spheres, surfaces[k])};" for k in range(count)]
-    lines = [f"    real2 spans[{count}];"]
-    for kind, first, end in (("sphere", 0, spheres), ("plane", spheres, count)):
-        whole = first + (end - first) // _AT_ONCE * _AT_ONCE
+    lines = [f"    real2 spans[{ranges.size}];"] if ranges.size > FEW_SPANS or ranges.bounded > ranges.spheres else []
+    names: list[str] = []
+    for kind, first, end in (
+        ("sphere", 0, ranges.spheres),
+        ("body", ranges.spheres, ranges.bounded),
+        ("plane", ranges.bounded, ranges.size),
+    ):
+        # The roots of a body are long code, so all bodies share it.
+        at_once = 1 if kind == "body" else _AT_ONCE if ranges.size > FEW_SPANS else ranges.size + 1
+        whole = first + (end - first) // at_once * at_once
         if whole > first:
-            lines.append(f"    for (int k = {first}; k < {whole}; k += {_AT_ONCE}) {{")
-            lines += [f"        spans[k + {j}] = {kind}Roots(ray, surfaceOf(k + {j}));" for j in range(_AT_ONCE)]
+            lines.append(f"    for (int k = {first}; k < {whole}; k += {at_once}) {{")
+            lines += [f"        spans[k + {j}] = {kind}Roots(ray, surfaceOf(k + {j}));" for j in range(at_once)]
             lines.append("    }")
-        lines += [f"    spans[{k}] = {_roots(k, spheres, surfaces[k])};" for k in range(whole, end)]
-    return [*lines, *(f"    real2 s{k} = spans[{k}];" for k in range(count))]
+        names += [f"spans[{k}]" for k in range(first, whole)]
+        names += [_roots(k, ranges, surfaces[k]) for k in range(whole, end)]
+    return [*lines, *(f"    real2 s{k} = {name};" for k, name in enumerate(names))]
 
 
 def _holds(tree: Tree, name: str) -> list[str]:
@@ -201,7 +239,7 @@ def nearest_plane_text(planes: list[NamedPlane], *, with_owner: bool) -> list[st
             *([f"        mat = planeMat(ray, {s}, {index});"] if with_owner else []),
             "    }",
         ]
-    return _walk_function(lines, ["    if (mat != 0) pointAt(mat, ray, P, N);"] if with_owner else None)
+    return _walk_function(lines, ["    if (mat == 0) return at;", *POINT_AT] if with_owner else None)
 
 
 def hold_expression(tree: Tree, leaf: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from raytracer.compiler.glsl.csg import BLOCKED_AT, RAY_CSG, NamedPlane, Tree, hold_expression, owner_text
+from raytracer.compiler.glsl.csg import BLOCKED_AT, POINT_AT, RAY_CSG, NamedPlane, Tree, hold_expression, owner_text
 
 
 def camera_query_text(depth: int, planes: list[NamedPlane]) -> list[str]:
@@ -63,7 +63,7 @@ def shapes_query_text(shapes: list[Tree], planes: list[NamedPlane] | None, hande
         *(f"    real2 {span} = sphereRoots(ray, sphere{j});" for j, span in enumerate(spans)),
         *_walk_to_change(f"shapeHolds(shape, {arguments}, at)", "if (next >= ray.distance) return ray.distance;"),
         f"    mat = shapeOwner(shape, first, {arguments}, at);",
-        "    pointAt(mat, ray, P, N);",
+        *POINT_AT,
         "    return at;",
         "}",
     ]
@@ -137,7 +137,8 @@ _AT_NEAREST = [
     "    P = ray.ro + nearest.t * ray.rd;",
     "    N = real3(0.0);",
     "    mat = nearest.mat;",
-    "    if (mat != 0) pointAt(mat, ray, P, N);",
+    "    if (mat == 0) return nearest.t;",
+    *POINT_AT,
     "    return nearest.t;",
     "}",
 ]

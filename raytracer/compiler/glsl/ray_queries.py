@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.glsl import csg, csg_lists
 from raytracer.compiler.glsl.constants import Handed, named_planes, shape_trees, surface_texts
 from raytracer.compiler.roth_bounds import max_hits
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Plane, Solid, Sphere, simplify
+from raytracer.scene.solids.body import Placed
+from raytracer.scene.solids.flattening import simplify
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Solid
+from raytracer.scene.solids.sphere import Sphere
 
 
 def camera_query(compiled: CompiledScene, handed: Handed) -> list[str]:
@@ -51,23 +56,32 @@ def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
 def _roth(compiled: CompiledScene, handed: Handed) -> list[str]:
     """Generate rayCSG() and blockedAt() of the evaluator `roth`."""
     most = max(map(max_hits, compiled.scene.solids()))
-    trees = _trees(compiled.scene, compiled.surfaces.spheres)
-    text = csg.roth_text(trees, compiled.surfaces.spheres, surface_texts(compiled, handed))
+    ranges = _ranges(compiled)
+    text = csg.roth_text(_trees(compiled.scene, ranges), ranges, surface_texts(compiled, handed))
     return [f"#define MAX_HITS {most}", '#include "csg/roth.glsl"', *text]
 
 
 def _walk(compiled: CompiledScene, handed: Handed, *, with_owner: bool) -> list[str]:
     """Generate rayCSG() of the evaluator `walk`, or without `with_owner` blockedAt()."""
-    trees = _trees(compiled.scene, compiled.surfaces.spheres)
-    text = csg.walk_text(trees, compiled.surfaces.spheres, surface_texts(compiled, handed), with_owner=with_owner)
+    ranges = _ranges(compiled)
+    text = csg.walk_text(_trees(compiled.scene, ranges), ranges, surface_texts(compiled, handed), with_owner=with_owner)
     return ['#include "csg/walk.glsl"', *text]
 
 
-def _trees(scene: Scene, sphere_count: int) -> list[csg.Tree]:
+def _ranges(compiled: CompiledScene) -> csg.Ranges:
+    surfaces = compiled.surfaces
+    return csg.Ranges(surfaces.spheres, surfaces.bounded, surfaces.size)
+
+
+def _trees(scene: Scene, ranges: csg.Ranges) -> list[csg.Tree]:
     """Return the trees of all objects, with surface indices instead of leaves."""
-    spheres, planes = itertools.count(), itertools.count(sphere_count)
+    numbers: dict[type[Solid], Iterator[int]] = {
+        Sphere: itertools.count(),
+        Placed: itertools.count(ranges.spheres),
+        Plane: itertools.count(ranges.bounded),
+    }
 
     def numbered(node: Solid) -> Solid | int:
-        return next(spheres) if isinstance(node, Sphere) else next(planes) if isinstance(node, Plane) else node
+        return next(numbers[type(node)]) if type(node) in numbers else node
 
     return [[numbered(node) for node in simplify(solid)] for solid in scene.solids()]

@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Literal, NamedTuple
 
+from raytracer.compiler.bodies import WALLS
+from raytracer.compiler.body_texels import count_texels
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.draws import SAMPLES_AT_ONCE
 from raytracer.compiler.glsl import csg, csg_lists
@@ -35,6 +37,8 @@ from raytracer.scene.options import Shadows
 
 # The image that the second pass draws: the picture, or one of three views of the geometry.
 Show = Literal["picture", "normal", "depth", "material"]
+# The defines for kinds of walls, by their numbers (body.glsl).
+_WALLS = "", "HAS_ROUND_WALLS", "HAS_CONE_WALLS", "HAS_TORI"
 _Constant = tuple[str, str, str]  # type, name, and the value in the vertex shader
 
 
@@ -209,12 +213,22 @@ def _defines(compiled: CompiledScene) -> dict[str, int | str]:
     surfaces = compiled.surfaces
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if surfaces.spheres else {}
     defines |= {"HAS_PLANES": 1} if surfaces.planes else {}
+    if len(surfaces.bodies.leaves):
+        defines["HAS_BODIES"] = 1
+        defines |= {_WALLS[kind]: 1 for kind in _wall_kinds(compiled)}
     defines |= {"MANY_ROUNDS": 1} if may_take_many_rounds(compiled) else {}
     if compiled.has_lists:
         defines |= {"PROGRAMS": 1} if compiled.batches.programs else {}
         return defines | {"LISTS": 1}
-    defines |= {"SPHERES": surfaces.spheres, "SURFACES": surfaces.size}
-    return defines | {"DOUBLES": 1} if compiled.options.precision == 64 else defines
+    defines |= {"FIRST_PLANE": surfaces.bounded, "SURFACES": surfaces.size}
+    if compiled.options.precision == 64:
+        defines |= {"DOUBLES": 1, "BODY_TEXELS": count_texels(surfaces.bodies)}
+    return defines
+
+
+def _wall_kinds(compiled: CompiledScene) -> list[int]:
+    """Return the kinds of walls in use, by their numbers in WALLS."""
+    return sorted({*compiled.surfaces.bodies.kinds.tolist()} - {0})
 
 
 def _light_defines(compiled: CompiledScene) -> dict[str, int]:
@@ -238,6 +252,9 @@ def _includes(compiled: CompiledScene, handed: Handed) -> list[str]:
     """Return the includes for the intersection of rays with the scene's surfaces."""
     lines = ['#include "geometry/sphere.glsl"'] if compiled.surfaces.spheres else []
     lines += ['#include "geometry/plane.glsl"'] if compiled.surfaces.planes else []
+    if len(compiled.surfaces.bodies.leaves):
+        lines += [f'#include "geometry/{WALLS[kind]}_wall.glsl"' for kind in _wall_kinds(compiled)]
+        lines += ['#include "geometry/body.glsl"']
     return [*lines, *_declare_surfaces(compiled, handed), '#include "geometry/hit.glsl"']
 
 

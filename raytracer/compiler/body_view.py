@@ -1,0 +1,75 @@
+"""The bodies of a scene in the view space of one camera, with the terms of camera rays that would cancel in float32."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from raytracer.compiler.bodies import Bodies
+from raytracer.core.validation import Vec3
+from raytracer.scene.camera import Camera
+
+Array = NDArray[np.float64]
+
+
+class BodyView(msgspec.Struct, frozen=True, eq=False):
+    """The K slabs and W walls of bodies in view space, and the bodies' corners."""
+
+    corners: Array  # (B, 8, 3)
+    normals: Array  # (K, 3)
+    high: Array  # (K,): the depth of the camera in the half-space of each slab's high face; inf without a face
+    low: Array  # (K,): the same for the low face
+    forms: Array  # (W, 4, 4): (w, l): the gradients of the walls' forms, and their values at the camera
+    powers: Array  # (W,): l0^2 - l1^2 - l2^2 - l3^2 at the camera
+
+
+def make_body_view(bodies: Bodies, camera: Camera, turn: Array) -> BodyView:
+    """Transform bodies to the view space of a camera, with the rotation `turn` (3, 3)."""
+    eye = camera.position
+    forms = bodies.forms
+    values = _sum_products(forms[:, :, :3], eye) + forms[:, :, 3]
+    return BodyView(
+        turned(bodies.corners - eye, turn),
+        turned(bodies.normals, turn),
+        plane_depths(bodies.normals, bodies.high, eye),
+        plane_depths(-bodies.normals, -bodies.low, eye),
+        np.concatenate([turned(forms[:, :, :3], turn), values[..., None]], axis=2),
+        _powers(values),
+    )
+
+
+def turned(vectors: Array, turn: Array) -> Array:
+    """Return vectors (..., 3) rotated by `turn` (3, 3). Equal or opposite vectors give equal or opposite bits.
+
+    A matrix product of a library may round equal rows differently.
+    """
+    return np.stack([_sum_products(vectors, tuple(row)) for row in turn.tolist()], axis=-1)
+
+
+def _sum_products(vectors: Array, other: tuple[float, ...]) -> Array:
+    x, y, z = other
+    return vectors[..., 0] * x + vectors[..., 1] * y + vectors[..., 2] * z
+
+
+def plane_depths(normals: Array, offsets: Array, point: Vec3) -> Array:
+    """Return the depths (N,) of a point in half-spaces dot(normal, x) <= offset, as Plane.depth(), to its last bits.
+
+    The sum of the rounded products is compensated (Knuth's two-sum).
+    """
+    total, rest = offsets, np.zeros(len(offsets))
+    with np.errstate(invalid="ignore"):  # infinite offsets stay infinite
+        for j in range(3):
+            part = -normals[:, j] * point[j]
+            new = total + part
+            kept = new - total
+            rest = rest + ((total - (new - kept)) + (part - kept))
+            total = new
+        return np.where(np.isinf(offsets), offsets, total + rest)
+
+
+def _powers(values: Array) -> Array:
+    """Return l0^2 - (l1^2 + l2^2 + l3^2) of the values (W, 4), as differences of squares that are near each other."""
+    l0, l1, l2, l3 = values.T
+    aside = np.sqrt(l1 * l1 + l2 * l2 + l3 * l3)
+    return (l0 - aside) * (l0 + aside)
