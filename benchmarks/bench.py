@@ -11,7 +11,7 @@ import raytracer as rt
 from benchmarks import povray
 from raytracer.gpu.device import Device
 from raytracer.ground_truth import ray_tracer
-from raytracer.scene.solids import leaves
+from raytracer.scene.solids.flattening import leaves
 
 Size = tuple[int, int]
 Picture = NDArray[np.uint8]

@@ -19,7 +19,8 @@ import msgspec
 import raytracer as rt
 from benchmarks import scenes
 from benchmarks.speed_rows import BARE_PROCESS, SCRIPT, process_seconds
-from raytracer.scene.solids import Sphere, postfix
+from raytracer.scene.solids.solid import postfix
+from raytracer.scene.solids.sphere import Sphere
 
 _COUNTS = 1, 1_000, 10_000
 _SIZE = 1280, 720

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 import raytracer as rt
-from raytracer.scene.solids import postfix
+from raytracer.scene.solids.solid import postfix
 from tests.processes import run_to_end
 
 # The side of POV-Ray's grid of rays in a pixel, by our number of samples. With antialiasing method 1, a threshold of 0

@@ -11,8 +11,8 @@ A scene of two spheres, merged, from which a third one is cut:
 `load` reads a scene from a TOML file. `raytracer --help` describes the command line.
 
 Overview:
-    scene description: Scene, Sphere, Plane, Union, Intersection, Difference, Complement, Instances, Material, Lobe,
-        PointLight, Camera
+    scene description: Scene, Sphere, Plane, Box, Cylinder, Cone, Ellipsoid, Torus, Polyhedron, Union,
+        Intersection, Difference, Complement, Instances, Material, Lobe, PointLight, Camera
     files: load, load_all, load_settings, SceneFile, published (measured materials from the literature)
     pictures: render, Settings, quality (presets of settings), Image
     accuracy: reference (float64 ground truth), compare, Comparison
@@ -51,15 +51,27 @@ if TYPE_CHECKING:
     from raytracer.scene.scene import Scene
     from raytracer.scene.settings import Settings
     from raytracer.scene.settings_patch import quality
-    from raytracer.scene.solids import Complement, Difference, Intersection, Plane, Solid, Sphere, Union
+    from raytracer.scene.solids.box import Box
+    from raytracer.scene.solids.cone import Cone
+    from raytracer.scene.solids.cylinder import Cylinder
+    from raytracer.scene.solids.ellipsoid import Ellipsoid
+    from raytracer.scene.solids.plane import Plane
+    from raytracer.scene.solids.polyhedron import Polyhedron
+    from raytracer.scene.solids.solid import Complement, Difference, Intersection, Solid, Union
+    from raytracer.scene.solids.sphere import Sphere
+    from raytracer.scene.solids.torus import Torus
     from raytracer.version import __version__ as __version__
 
 __all__ = [
+    "Box",
     "Camera",
     "Comparison",
     "Complement",
+    "Cone",
     "ContextError",
+    "Cylinder",
     "Difference",
+    "Ellipsoid",
     "Image",
     "InputError",
     "Instances",
@@ -68,12 +80,14 @@ __all__ = [
     "Material",
     "Plane",
     "PointLight",
+    "Polyhedron",
     "Scene",
     "SceneFile",
     "Settings",
     "ShaderError",
     "Solid",
     "Sphere",
+    "Torus",
     "Union",
     "brdf",
     "compare",
@@ -90,22 +104,28 @@ __all__ = [
 # _SCENE_NAMES need neither NumPy nor OpenGL. The first use of any public name imports all of them, so that
 # `eval(repr(x), vars(raytracer))` finds the class of x.
 _SCENE_NAMES = {
+    "Box": "scene.solids.box",
     "Camera": "scene.camera",
-    "Complement": "scene.solids",
-    "Difference": "scene.solids",
+    "Complement": "scene.solids.solid",
+    "Cone": "scene.solids.cone",
+    "Cylinder": "scene.solids.cylinder",
+    "Difference": "scene.solids.solid",
+    "Ellipsoid": "scene.solids.ellipsoid",
     "InputError": "core.validation",
     "Instances": "scene.instances",
-    "Intersection": "scene.solids",
+    "Intersection": "scene.solids.solid",
     "Lobe": "scene.materials.lobe",
     "Material": "scene.materials.material",
-    "Plane": "scene.solids",
+    "Plane": "scene.solids.plane",
     "PointLight": "scene.lights",
+    "Polyhedron": "scene.solids.polyhedron",
     "Scene": "scene.scene",
     "SceneFile": "formats.scene_file",
     "Settings": "scene.settings",
-    "Solid": "scene.solids",
-    "Sphere": "scene.solids",
-    "Union": "scene.solids",
+    "Solid": "scene.solids.solid",
+    "Sphere": "scene.solids.sphere",
+    "Torus": "scene.solids.torus",
+    "Union": "scene.solids.solid",
     "load": "formats.scene_file",
     "load_all": "formats.scene_file",
     "load_settings": "formats.scene_file",

@@ -17,6 +17,7 @@ CACHED = {
     ("formats/material_library.py", "_library"): "files of the package, which has a few hundred materials",
     ("gpu/glsl_call.py", "_definitions"): "files of the package: the file of a function never changes",
     ("analysis/reflectance/properties.py", "_known_rule"): "depends on numbers alone, and keeps at most 64 values",
+    ("scene/solids/polyhedron.py", "_faces"): "depends on points alone, and keeps the faces of at most 64 polyhedra",
 }
 # Variables of modules that are set again, or collect values, while the process runs, with the reason.
 VARIABLES = {

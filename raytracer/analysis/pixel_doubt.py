@@ -32,7 +32,7 @@ from raytracer.ground_truth.microfacets import dot
 from raytracer.scene.lights import PointLight
 from raytracer.scene.options import Precision
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Sphere
+from raytracer.scene.solids.sphere import Sphere
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -100,7 +100,7 @@ class _Analysis:
 
     def _first_coincident(self, k: int) -> int:
         """Return the first leaf whose surface coincides with leaf k's: their roots are identical numbers."""
-        return int(np.argmax(self._tracer.coincide[k]))
+        return int(np.argmax(self._tracer.surface == self._tracer.surface[k]))
 
     def _distinct_surfaces(self) -> list[int]:
         return sorted({self._first_coincident(k) for k in range(len(self._leaves))})
@@ -149,7 +149,7 @@ class _Analysis:
         on = self._leaf_at_light(light)
         grazes = np.zeros(len(t), bool)
         if on is not None and not isinstance(self._leaves[on], Sphere):
-            grazes = self._tracer.coincide[on][surface]
+            grazes = self._tracer.surface[surface] == self._tracer.surface[on]
         doubt = ~np.isfinite(L_error) | (~(np.abs(dot(n, L)) > normal + L_error + 4.0 * u) & ~grazes)
         rays = Rays(P, np.nan_to_num(L), point, np.nan_to_num(L_error, posinf=1.0), False)
         all_roots = [
@@ -190,7 +190,7 @@ class _Analysis:
         """
         leaf = self._leaves[k]
         roots = self._roots(k, rays)
-        starts = self._tracer.coincide[k][surface]
+        starts = self._tracer.surface[surface] == self._tracer.surface[k]
         ends = np.full(len(starts), lit)
         t = np.full((2, len(starts)), np.inf)
         error = t.copy()

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from raytracer.core.validation import Vec3
 from raytracer.ground_truth.microfacets import dot
-from raytracer.scene.solids import Plane, Primitive, Sphere
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Primitive
+from raytracer.scene.solids.sphere import Sphere
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -59,8 +61,11 @@ class Rays(NamedTuple):
 
 
 def root_errors(view: RoundedView, leaf: Primitive, rays: Rays) -> Roots:
-    """Compute the roots of a primitive and their error bounds."""
-    return _sphere_roots(view, leaf, rays) if isinstance(leaf, Sphere) else _plane_roots(view, leaf, rays)
+    """Compute the roots of a sphere or a half-space and their error bounds."""
+    if isinstance(leaf, Sphere):
+        return _sphere_roots(view, leaf, rays)
+    assert isinstance(leaf, Plane)
+    return _plane_roots(view, leaf, rays)
 
 
 def _sphere_roots(view: RoundedView, sphere: Sphere, rays: Rays) -> Roots:

@@ -5,8 +5,7 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
 
     scene: Scene, check_scene, used_models
     scene_objects: SceneObjects
-    solids: Solid, Primitive, Sphere, Plane; Union, Intersection, Difference, Complement; leaves, postfix, simplify
-        and with_leaves (traversal of CSG trees); MAX_SURFACES, ROUNDING
+    solids: a subpackage with its own list
     instances: Instances
     lights: PointLight, FALLOFFS
     camera: Camera

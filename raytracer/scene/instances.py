@@ -25,7 +25,11 @@ from raytracer.core.validation import (
     set_fields,
 )
 from raytracer.core.vectors import add, dot, scale_by
-from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, leaves, with_leaves
+from raytracer.scene.solids.flattening import leaves, with_leaves
+from raytracer.scene.solids.limits import MAX_SURFACES
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Primitive, Solid
+from raytracer.scene.solids.sphere import Sphere
 
 if TYPE_CHECKING:
     import numpy as np
@@ -177,7 +181,12 @@ def sphere_arrays(spheres: Sequence[Sphere]) -> tuple[Array, Array]:
 def _place(leaf: Primitive, position: Vec3, scale: float) -> Primitive:
     if isinstance(leaf, Sphere):
         return Sphere(add(scale_by(leaf.center, scale), position), leaf.radius * scale, leaf.material)
-    return Plane(leaf.normal, leaf.offset * scale + dot(leaf.normal, position), leaf.material)
+    if isinstance(leaf, Plane):
+        return Plane(leaf.normal, leaf.offset * scale + dot(leaf.normal, position), leaf.material)
+    x, y, z = position
+    [moved] = leaf.place(((scale, 0.0, 0.0, x), (0.0, scale, 0.0, y), (0.0, 0.0, scale, z)))
+    assert isinstance(moved, Primitive)
+    return moved
 
 
 def _scale(value: Any, key: Key | Keys) -> float:

@@ -18,7 +18,8 @@ from raytracer.core.validation import (
     point,
     set_fields,
 )
-from raytracer.scene.solids import ROUNDING, Sphere
+from raytracer.scene.solids.limits import ROUNDING
+from raytracer.scene.solids.sphere import Sphere
 
 Falloff = Literal["none", "inverse_square"]
 # The index of a falloff is its number in irradiance.glsl, which has the formulas. light_rays.py has them in float64.

@@ -19,7 +19,8 @@ from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS
 from raytracer.scene.scene_objects import SceneObjects
-from raytracer.scene.solids import MAX_SURFACES, Solid
+from raytracer.scene.solids.limits import MAX_SURFACES
+from raytracer.scene.solids.solid import Solid
 
 
 @public

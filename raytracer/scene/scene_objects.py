@@ -12,7 +12,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from raytracer.core.validation import InputError
 from raytracer.scene.instances import Instances, sphere_arrays
 from raytracer.scene.materials.material import Material
-from raytracer.scene.solids import MAX_SURFACES, Plane, Primitive, Solid, Sphere, simplify
+from raytracer.scene.solids.body import Placed
+from raytracer.scene.solids.flattening import simplify
+from raytracer.scene.solids.limits import MAX_SURFACES
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Primitive, Solid
+from raytracer.scene.solids.sphere import Sphere
 
 if TYPE_CHECKING:
     import numpy as np
@@ -137,4 +142,4 @@ class SceneObjects(tuple[Solid | Instances, ...]):
 def _leaves(nodes: list[Solid]) -> list[Primitive]:
     # Comparing exact types takes a quarter of the time of isinstance(), and is correct because the primitives have no
     # subclasses.
-    return [node for node in nodes if type(node) is Sphere or type(node) is Plane]
+    return [node for node in nodes if type(node) is Sphere or type(node) is Plane or type(node) is Placed]

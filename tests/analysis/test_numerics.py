@@ -62,7 +62,7 @@ def test_random_scenes_repeat_for_one_seed_and_cover_the_ranges() -> None:
 
 
 def _spheres(solid: rt.Solid) -> list[rt.Sphere]:
-    from raytracer.scene.solids import leaves
+    from raytracer.scene.solids.flattening import leaves
 
     return [leaf for leaf in leaves(solid) if isinstance(leaf, rt.Sphere)]
 

@@ -12,7 +12,7 @@ import pytest
 import raytracer as rt
 from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
 from raytracer.ground_truth import ray_tracer
-from raytracer.scene.solids import leaves
+from raytracer.scene.solids.flattening import leaves
 from raytracer.scene.warnings import precision_warning
 from tests import scenes
 

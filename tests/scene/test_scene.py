@@ -11,7 +11,8 @@ import pytest
 
 import raytracer as rt
 from raytracer.formats.csg_expression import parse
-from raytracer.scene.solids import leaves, postfix
+from raytracer.scene.solids.flattening import leaves
+from raytracer.scene.solids.solid import postfix
 from tests import scenes
 
 NAN, INFINITY = float("nan"), float("inf")

@@ -6,7 +6,10 @@ import pytest
 import raytracer as rt
 from raytracer.scene import scene_objects
 from raytracer.scene.scene_objects import SceneObjects
-from raytracer.scene.solids import Plane, Sphere, leaves, postfix, simplify
+from raytracer.scene.solids.flattening import leaves, simplify
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import postfix
+from raytracer.scene.solids.sphere import Sphere
 from tests import scenes
 
 A, B = rt.Sphere((0, 0, 0), 1), rt.Sphere((1, 2, 3), 0.5)

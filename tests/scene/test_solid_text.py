@@ -15,9 +15,10 @@ import pytest
 from rich.pretty import pretty_repr
 
 import raytracer as rt
-from raytracer.scene import tree
 from raytracer.scene.materials.models import MODELS
-from raytracer.scene.solids import leaves, postfix
+from raytracer.scene.solids import tree
+from raytracer.scene.solids.flattening import leaves
+from raytracer.scene.solids.solid import postfix
 
 BALL, FLOOR = rt.Sphere((0, 0, 0), 1), rt.Plane((0, 1, 0), 0)
 CAMERA = rt.Camera((0, 3, 6), (0, 0, 0))

@@ -2,6 +2,7 @@
 
 `raytracer extremes` measures all rows of the ledger and writes them; the tests measure a shorter form. The rows are in
 views.py, rays.py, solids.py and light.py; fuzz.py makes random scenes with values from all ranges at once.
+wall_rays.py, wall_truth.py and walls.py measure curved walls, and are no rows yet.
 pixel_errors.py compares pictures with pictures of the float64 ray tracer, within the bounds of
 `analysis/pixel_doubt.py`.
 

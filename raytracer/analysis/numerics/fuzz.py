@@ -20,7 +20,9 @@ from raytracer.scene.materials.material import Material
 from raytracer.scene.options import Precision
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import Plane, Solid, Sphere
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Solid
+from raytracer.scene.solids.sphere import Sphere
 
 SIZE = (40, 30)
 # The number of consecutive seeds whose scenes share one structure, and so one compiled program.

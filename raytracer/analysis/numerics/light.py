@@ -21,7 +21,9 @@ from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import Plane, Solid, Sphere
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Solid
+from raytracer.scene.solids.sphere import Sphere
 
 Array = NDArray[np.float64]
 _RED, _BLUE, _GREEN, _GREY = MATTE

@@ -10,7 +10,10 @@ from raytracer.core.validation import Vec3
 from raytracer.core.vectors import add, dot, scale_by
 from raytracer.scene.instances import Instances
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Plane, Primitive, Solid, Sphere, with_leaves
+from raytracer.scene.solids.flattening import with_leaves
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.solid import Primitive, Solid
+from raytracer.scene.solids.sphere import Sphere
 
 
 def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset: Callable[[Plane], float]) -> Scene:
@@ -26,6 +29,7 @@ def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset
     def changed(leaf: Primitive) -> Solid:
         if isinstance(leaf, Sphere):
             return msgspec.structs.replace(leaf, center=point(leaf.center), radius=leaf.radius * scale)
+        assert isinstance(leaf, Plane)
         return msgspec.structs.replace(leaf, offset=offset(leaf))
 
     camera = msgspec.structs.replace(

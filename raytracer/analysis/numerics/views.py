@@ -17,7 +17,8 @@ from raytracer.scene.camera import Camera
 from raytracer.scene.lights import PointLight
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import Plane, Sphere
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.sphere import Sphere
 
 SIZE = (96, 54)
 # The size of the still life, the unit of "scene sizes".

@@ -16,7 +16,8 @@ from raytracer.scene.materials.convert import WITHOUT_PI
 from raytracer.scene.materials.material import Material
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
-from raytracer.scene.solids import Plane, Sphere
+from raytracer.scene.solids.plane import Plane
+from raytracer.scene.solids.sphere import Sphere
 
 _KEY, _FILL = (-3.2, 5.5, 5.0), (6.0, 2.5, 2.0)
 _FILL_SHARE = 0.35

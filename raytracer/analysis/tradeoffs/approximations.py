@@ -18,7 +18,8 @@ from raytracer.scene.instances import Instances
 from raytracer.scene.materials.convert import convert_material, normal_reflectance
 from raytracer.scene.materials.material import Material
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import Solid, with_leaves
+from raytracer.scene.solids.flattening import with_leaves
+from raytracer.scene.solids.solid import Solid
 
 Change = Callable[[Material], Material]
 
@@ -57,7 +58,7 @@ def replace_materials(scene: Scene, change: Change) -> Scene:
     new = {material: change(material) for material in scene.materials}
 
     def changed(solid: Solid) -> Solid:
-        return with_leaves(solid, lambda leaf: msgspec.structs.replace(leaf, material=new[leaf.material]))
+        return with_leaves(solid, lambda leaf: leaf.with_material(new[leaf.material]))
 
     objects = [
         Instances(changed(o.solid), o.positions, o.scales) if isinstance(o, Instances) else changed(o)

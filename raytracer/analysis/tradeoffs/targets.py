@@ -16,7 +16,7 @@ from raytracer.core.validation import InputError
 from raytracer.formats.estimate import LOWER_BOUND_FACTOR, UNSEEN, is_dominated_by_few
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids import leaves
+from raytracer.scene.solids.flattening import leaves
 
 ReferenceMethod = Literal["auto", "gpu", "float64"]
 # The most primitives of a scene with a float64 reference in "auto". It intersects every ray with every primitive, in

@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from raytracer.scene.solids import Solid
+    from raytracer.scene.solids.affine import Map
+    from raytracer.scene.solids.solid import Solid
 
 # The largest depth of a tree that is written with operators. Python's parser accepts at most 200 open parentheses (3.9
 # to 3.13), and a tree's text may stand inside other text.
@@ -39,7 +40,7 @@ def tree_hash(root: Solid) -> int:
     hashes: dict[int, int] = {}
     for node in list_distinct(root):
         operands = [hashes[id(operand)] for operand in node.operands]
-        hashes[id(node)] = hash((type(node), *operands)) if operands else hash(node)
+        hashes[id(node)] = hash((type(node), getattr(node, "matrix", None), *operands)) if operands else hash(node)
     return hashes[id(root)]
 
 
@@ -61,7 +62,7 @@ def are_equal(a: Solid, b: Solid) -> bool:
         a, b = pending.pop()
         if a is b:
             continue
-        if type(a) is not type(b):
+        if type(a) is not type(b) or (a.operands and getattr(a, "matrix", None) != getattr(b, "matrix", None)):
             return False
         if not a.operands:
             if a != b:
@@ -74,9 +75,9 @@ def are_equal(a: Solid, b: Solid) -> bool:
     return True
 
 
-def flatten(root: Solid) -> list[Solid | str | int]:
+def flatten(root: Solid) -> list[Solid | str | int | Map]:
     """Return the list from which Solid.from_postfix() makes the tree. Shared subtrees occur once."""
-    items: list[Solid | str | int] = []
+    items: list[Solid | str | int | Map] = []
     indices: dict[int, int] = {}  # id of a finished operator -> its index in items
     pending = [(root, False)]
     while pending:
@@ -87,7 +88,7 @@ def flatten(root: Solid) -> list[Solid | str | int]:
             items.append(node)
         elif is_entered:
             indices[id(node)] = len(items)
-            items.append(node.symbol)
+            items.append(getattr(node, "matrix", node.symbol))
         else:
             pending += ((node, True), *((operand, False) for operand in reversed(node.operands)))
     return items
@@ -105,11 +106,15 @@ def tree_text(root: Solid) -> str:
         return f"Solid.from_postfix({flatten(root)!r})"
     texts: dict[int, str] = {}
     for node in nodes:
+        matrix = getattr(node, "matrix", None)
         match [texts[id(operand)] for operand in node.operands]:
             case [a, b]:
                 texts[id(node)] = f"({a} {node.symbol} {b})"
-            case [a]:
+            case [a] if matrix is None:
                 texts[id(node)] = f"{node.symbol}{a}"
+            case [a]:
+                operand = f"({a})" if a.startswith("~") else a
+                texts[id(node)] = f"{operand}.transform({matrix!r})"
             case _:
                 texts[id(node)] = repr(node)
     return texts[id(root)]

@@ -1,0 +1,15 @@
+"""Solids: the primitives, one module for each kind, their affine maps, and CSG trees of them.
+
+Other packages may use:
+
+    solid: Solid, Primitive; Union, Intersection, Difference, Complement, Transform; postfix
+    flattening: leaves, simplify, with_leaves
+    body: Body, Placed, Slab, Wall
+    kinds: KINDS, the registry of the primitives
+    sphere: Sphere; plane: Plane; box: Box; cylinder: Cylinder; cone: Cone; ellipsoid: Ellipsoid; torus: Torus;
+        polyhedron: Polyhedron, MAX_POINTS
+    tree: list_distinct
+    affine: Map
+    bounds: Bounds
+    limits: MAX_LEAVES, MAX_NODES, MAX_SURFACES, ROUNDING
+"""

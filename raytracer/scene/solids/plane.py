@@ -1,0 +1,71 @@
+"""The half-space."""
+
+from __future__ import annotations
+
+import math
+
+from raytracer.core.record import public
+from raytracer.core.validation import MAX_LENGTH, InputError, Vec3, direction, number, set_fields
+from raytracer.core.vectors import dot, scale_by
+from raytracer.scene.materials.material import Material
+from raytracer.scene.solids import affine
+from raytracer.scene.solids.affine import Map
+from raytracer.scene.solids.checks import check_material, check_place
+from raytracer.scene.solids.limits import ROUNDING
+from raytracer.scene.solids.solid import Primitive, Union
+
+_OFFSET = f"a number within +-{MAX_LENGTH:g}"
+
+
+@public
+class Plane(Primitive, frozen=True, repr_omit_defaults=True):
+    """A solid half-space: all points x with dot(normal, x) <= offset. Raises InputError for a wrong value.
+
+    Args:
+        normal: the direction out of the solid, of any length but 0.
+        offset: dot(normal, x) for points x of the boundary. Range: offset and offset / |normal| within +-1e12.
+        material: the material of its surface. Default: Material().
+    """
+
+    normal: Vec3
+    offset: float
+    material: Material = Material()  # pyright: ignore[reportIncompatibleMethodOverride]
+
+    def __post_init__(self) -> None:
+        check_material(self.material)
+        offset = number(self.offset, "offset", -MAX_LENGTH, MAX_LENGTH, _OFFSET)
+        normal = direction(self.normal, "normal")
+        set_fields(self, normal=normal, offset=offset)
+        distance = abs(self.unit()[1])
+        if distance > MAX_LENGTH:
+            raise InputError(f"expected offset / |normal| within +-{MAX_LENGTH:g}, got {distance:g}", "offset")
+
+    def unit(self) -> tuple[Vec3, float]:
+        """Return the unit normal and its offset. Coincident planes have bit-identical or exactly negated results."""
+        return affine.unit_plane(self.normal, self.offset)
+
+    def depth(self, point: Vec3) -> float:
+        """Return the distance of a point from the boundary, positive inside the half-space and negative outside."""
+        normal, offset = self.unit()
+        return math.fsum((offset, *(-n * p for n, p in zip(normal, check_place(point), strict=True))))
+
+    def touches(self, point: Vec3, error: float = 0.0) -> bool:
+        """Whether `point` lies on the plane, up to rounding and an `error` of the point."""
+        point = check_place(point)
+        return abs(self.depth(point)) <= ROUNDING * max(map(abs, (*point, self.unit()[1]))) + error
+
+    def place(self, matrix: Map | None) -> list[Primitive | Union]:
+        """Return the half-space under a map, as a Plane."""
+        if matrix is None:
+            return [self]
+        normal, offset = affine.map_plane(matrix, self.normal, self.offset)
+        # A power of two leaves all bits of the unit normal as they are.
+        factor = 2.0 ** -math.frexp(max(map(abs, normal)))[1]
+        return [Plane(scale_by(normal, factor), offset * factor, self.material)]
+
+    def support(self, direction: Vec3) -> float:
+        """Return the largest dot(direction, x) of all points x: inf unless `direction` is a multiple of the normal."""
+        normal, offset = self.unit()
+        length = dot(normal, direction)
+        aside = max(abs(d - length * n) for d, n in zip(direction, normal, strict=True))
+        return length * offset if length >= 0.0 and aside == 0.0 else math.inf
