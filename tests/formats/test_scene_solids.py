@@ -79,7 +79,7 @@ PRIMITIVES: dict[str, tuple[str, rt.Solid]] = {
 
 
 def test_each_kind_of_primitive_has_a_file_and_a_solid_here() -> None:
-    assert [*PRIMITIVES] == [*KINDS]
+    assert {*PRIMITIVES} == {*KINDS}
 
 
 @pytest.mark.parametrize("kind", PRIMITIVES)
@@ -257,8 +257,7 @@ BAD = [
     ),
     (
         shape("[]", "boks = { min = [0, 0, 0], max = [1, 1, 1] }"),
-        "shapes.a: unknown key `boks` (known: material, transform, sphere, plane, box, cylinder, cone, ellipsoid, "
-        "torus, polyhedron)",
+        f"shapes.a: unknown key `boks` (known: material, transform, {', '.join(KINDS)})",
     ),
     (
         shape("[]", "box = { min = [0, 0, 0], max = [1, 0, 1] }"),
