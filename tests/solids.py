@@ -23,6 +23,7 @@ EXAMPLES: dict[str, Primitive] = {
     "torus": rt.Torus((0, 0, 0), (0, 1, 0.2), 0.7, 0.3),
     "polyhedron": rt.Polyhedron(((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))),
     "sphere": rt.Sphere((0, 0, 0), 0.8),
+    "paraboloid": rt.Paraboloid((0.1, -0.7, 0), (0, 0.8, 0.1), 0.7),
 }
 
 
@@ -39,6 +40,11 @@ def inside(shape: Any, x: Array) -> Array:
             ends = (shape.radius,) * 2 if isinstance(shape, rt.Cylinder) else (shape.base_radius, shape.top_radius)
             radius = ends[0] + (ends[1] - ends[0]) * z / height
             return np.max((distance - radius, -z, z - height), axis=0)
+        case rt.Paraboloid():
+            axis = np.subtract(shape.base, shape.top)
+            z = (x - shape.top) @ axis / (axis @ axis)
+            rho = np.linalg.norm(np.cross(x - shape.top, axis), axis=-1) / np.linalg.norm(axis)
+            return np.maximum((rho / shape.radius) ** 2 - z, z - 1.0)
         case rt.Ellipsoid():
             return np.linalg.norm((x - shape.center) / shape.radii, axis=-1) - 1.0
         case rt.Sphere():

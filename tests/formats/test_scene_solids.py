@@ -66,6 +66,10 @@ PRIMITIVES: dict[str, tuple[str, rt.Solid]] = {
         "base = [0, 0, 0], top = [0, 2, 1], base_radius = 0.7, top_radius = 0",
         rt.Cone((0, 0, 0), (0, 2, 1), 0.7, 0, RED),
     ),
+    "paraboloid": (
+        "base = [0, 0, 0], top = [0, 2, 1], radius = 0.7",
+        rt.Paraboloid((0, 0, 0), (0, 2, 1), 0.7, RED),
+    ),
     "ellipsoid": ("center = [1, 2, 3], radii = [1, 2, 0.5]", rt.Ellipsoid((1, 2, 3), (1, 2, 0.5), RED)),
     "torus": (
         "center = [1, 2, 3], axis = [0, 1, 1], major_radius = 2, minor_radius = 0.5",

@@ -136,6 +136,9 @@ SUPPORTS: list[tuple[Primitive, Vec3, float]] = [
     (rt.Ellipsoid((1, 0, 0), (3, 4, 1)), (1, 1, 0), 1 + 5),
     (rt.Torus((1, 0, 0), (0, 0, -7), 3, 1), (3, 4, 12), 3 + 15 + 13),
     (polyhedron(CUBE), (1, 2, 3), 1 + 4 + 3),
+    (rt.Paraboloid((0, 0, 0), (0, 4, 0), 2), (3, 0, 4), 10),
+    (rt.Paraboloid((0, 0, 0), (0, 4, 0), 2), (3, 4, 4), 4 * 4 + 25 / 16),  # where the slope is 5 / 4
+    (rt.Paraboloid((0, 0, 0), (0, 4, 0), 2), (0, -1, 0), 0),
 ]
 
 
@@ -179,6 +182,9 @@ def test_equal_surfaces_have_equal_numbers_whatever_they_are_made_from() -> None
     long, short = rt.Cylinder((1, 0.1, 3), (1, 7, 3), 0.3), rt.Cylinder((1, 0.3, 3), (1, -0.7, 3), 0.3)
     assert long.wall() == short.wall() == rt.Cone((1, 2, 3), (1, 3, 3), 0.3, 0.3).wall()
     assert polyhedron(CUBE).slabs() == rt.Box((0, 0, -1), (1, 2, 1)).slabs()
+    dishes = [rt.Paraboloid(vec3(top + k * k * (base - top)), vec3(top), 0.8 * k) for k in (0.3, 1.0, 1.7)]
+    for dish in dishes:
+        assert np.allclose(np.array(dish.wall().forms), np.array(dishes[0].wall().forms), rtol=0, atol=1e-14)
     # Rounding next to an axis changes neither the frame nor the sign.
     tilted = rt.Cylinder((1, 0, 3), (1 - 1e-16, 1, 3 + 4e-16), 0.3)
     assert np.allclose(np.array(tilted.wall().forms), np.array(long.wall().forms), rtol=0, atol=1e-14)
@@ -329,6 +335,7 @@ WRONG: dict[str, Callable[[], Any]] = {
     "base_radius: expected 0, or a number": lambda: rt.Cone(ORIGIN, (0, 0, 1), 1e-13, 1),
     "top_radius: expected 0, or a number": lambda: rt.Cone(ORIGIN, (0, 0, 1), 1, -1),
     "radii: expected 3 numbers above 0": lambda: rt.Ellipsoid(ORIGIN, (1, 2, 0)),
+    "radius: expected a radius with radius^2 / height": lambda: rt.Paraboloid(ORIGIN, (0, 0, 1), 1e7),
     "axis: expected a vector that is not 0": lambda: rt.Torus(ORIGIN, ORIGIN, 2, 1),
     "minor_radius: expected a number below major_radius, 2": lambda: rt.Torus(ORIGIN, (0, 0, 1), 2, 2),
     "points: expected 4 to 4096 points, got 3": lambda: polyhedron(CUBE[:3]),
