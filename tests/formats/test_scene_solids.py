@@ -294,6 +294,11 @@ BAD = [
         "parts.p.material: expected the name of a material, got 'rot' (known: red, blue)",
     ),
     (
+        parts('p]\nsolid = "ball"\ntransform = [{ translate = [1e12, 0, 0] }]'),
+        "parts.p.transform: expected moved balls with a radius in [1e-12, 1e+12] and a centre within +-1e+12, got the "
+        "radius 0.5 around [1000000000001.0, 2.0, 3.0]",
+    ),
+    (
         parts('p]\nsolid = "box"\ntransform = [{ scale = 0 }]'),
         "parts.p.transform[0].scale: expected 3 numbers, or one for all, in [1e-12, 1e+12], got 0",
     ),

@@ -353,6 +353,16 @@ WRONG: dict[str, Callable[[], Any]] = {
     "matrix: expected 3 or 4 rows of 4": lambda: BOX.transform(np.eye(3)),
     "matrix: expected 0, 0, 0, 1": lambda: BOX.transform(np.ones((4, 4))),
     "transform: expected a map with numbers within": lambda: BOX.scale(1e7).scale(1e7),
+    "transform: expected a map with numbers within +-1e+12 after each step, got 2e+12": lambda: (
+        BOX.translate((1e12, 0, 0)).translate((1e12, 0, 0)).translate((-1e12, 0, 0))
+    ),
+    "transform: expected moved balls with a radius in [1e-12, 1e+12] and a centre": lambda: postfix(
+        SPHERE.scale(1e-12)
+    ),
+    "transform: expected moved balls": lambda: postfix(rt.Ellipsoid((2, 0, 0), (1, 2, 1)).scale((1e12, 5e11, 1e12))),
+    "transform: expected moved half-spaces within +-1e+12 of the origin, got one at 2e+12": lambda: postfix(
+        rt.Plane((0, 2, 0), 2e12).translate((0, 1e12, 0))
+    ),
     "transform: expected moved solids within": lambda: postfix(BOX.scale(1e12)),
     "transform: expected moved solids 1e-12 or more wide": lambda: postfix(BOX.scale(1e-12)),
     "axis: expected a vector": lambda: BOX.rotate(ORIGIN, 3),

@@ -184,8 +184,9 @@ def check_map(matrix: Map, key: str | Keys) -> Map:
 
     Raises InputError for a number beyond +-1e12, and for a map that is singular to float64.
     """
-    if not all(abs(x) <= MAX_LENGTH for row in matrix for x in row):
-        raise InputError(f"expected a map with numbers within +-{MAX_LENGTH:g}, got {format_value(matrix)}", key)
+    for x in (x for row in matrix for x in row):
+        if not abs(x) <= MAX_LENGTH:
+            raise InputError(f"expected a map with numbers within +-{MAX_LENGTH:g} after each step, got {x:g}", key)
     check_invertible(matrix, key)
     made: Any = tuple(tuple(x + 0.0 for x in row) for row in matrix)
     return made

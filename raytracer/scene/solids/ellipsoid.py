@@ -15,7 +15,7 @@ from raytracer.scene.solids.checks import check_material, check_place
 from raytracer.scene.solids.forms import box_corners, ellipsoid_wall
 from raytracer.scene.solids.limits import ROUNDING
 from raytracer.scene.solids.solid import Primitive, Union
-from raytracer.scene.solids.sphere import Sphere
+from raytracer.scene.solids.sphere import moved_sphere
 
 _RADII = f"3 numbers above 0, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
 
@@ -48,7 +48,7 @@ class Ellipsoid(Body, frozen=True, repr_omit_defaults=True):
         radius = affine.similarity(affine.compose(matrix, affine.scaling(self.radii)))
         if radius is None:
             return [Placed(self, matrix)]
-        return [Sphere(affine.apply(matrix, self.center), radius, self.material)]
+        return [moved_sphere(affine.apply(matrix, self.center), radius, self.material)]
 
     def support(self, direction: Vec3) -> float:
         """Return the largest dot(direction, x) of all points x."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from raytracer.core.record import public
+from raytracer.core.shown import format_value
 from raytracer.core.validation import MAX_LENGTH, InputError, Vec3, direction, number, set_fields
 from raytracer.core.vectors import dot, scale_by
 from raytracer.scene.materials.material import Material
@@ -61,7 +62,12 @@ class Plane(Primitive, frozen=True, repr_omit_defaults=True):
         normal, offset = affine.map_plane(matrix, self.normal, self.offset)
         # A power of two leaves all bits of the unit normal as they are.
         factor = 2.0 ** -math.frexp(max(map(abs, normal)))[1]
-        return [Plane(scale_by(normal, factor), offset * factor, self.material)]
+        try:
+            return [Plane(scale_by(normal, factor), offset * factor, self.material)]
+        except InputError:
+            got = format_value(offset / math.hypot(*normal))
+            expected = f"moved half-spaces within +-{MAX_LENGTH:g} of the origin"
+            raise InputError(f"expected {expected}, got one at {got}", "transform") from None
 
     def support(self, direction: Vec3) -> float:
         """Return the largest dot(direction, x) of all points x: inf unless `direction` is a multiple of the normal."""

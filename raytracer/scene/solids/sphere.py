@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from raytracer.core.record import public
-from raytracer.core.validation import MAX_LENGTH, MIN_RADIUS, Vec3, number, point, set_fields
+from raytracer.core.shown import format_value
+from raytracer.core.validation import MAX_LENGTH, MIN_RADIUS, InputError, Vec3, number, point, set_fields
 from raytracer.core.vectors import dot
 from raytracer.scene.materials.material import Material
 from raytracer.scene.solids import affine
@@ -70,7 +71,7 @@ class Sphere(Body, frozen=True, repr_omit_defaults=True):
         factor = affine.similarity(matrix)
         if factor is None:
             return [Placed(self, matrix)]
-        return [Sphere(affine.apply(matrix, self.center), self.radius * factor, self.material)]
+        return [moved_sphere(affine.apply(matrix, self.center), self.radius * factor, self.material)]
 
     def support(self, direction: Vec3) -> float:
         """Return the largest dot(direction, x) of all points x."""
@@ -87,3 +88,13 @@ class Sphere(Body, frozen=True, repr_omit_defaults=True):
     def wall(self) -> Wall:
         """Return the surface."""
         return ellipsoid_wall(self.center, (self.radius, self.radius, self.radius))
+
+
+def moved_sphere(center: Vec3, radius: float, material: Material) -> Sphere:
+    """Return the ball that a map makes. Raises InputError about the map, not about values that no user wrote."""
+    try:
+        return Sphere(center, radius, material)
+    except InputError:
+        expected = f"moved balls with a radius in [{MIN_RADIUS:g}, {MAX_LENGTH:g}] and a centre within +-{MAX_LENGTH:g}"
+        got = f"the radius {format_value(radius)} around {format_value(list(center))}"
+        raise InputError(f"expected {expected}, got {got}", "transform") from None
