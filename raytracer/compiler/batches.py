@@ -37,7 +37,7 @@ SHAPES, SHAPE_LEAVES = 4, 4
 # at most, for which SLACK of lists.glsl has room. A thinner lens is seldom an object.
 _THICK = 0.25
 
-# The smallest number of leaves of a long chain, which has a grid. Shorter chains take less time with the lists of cells.
+# The smallest number of leaves of a long chain, which has a grid. For shorter chains, the lists of cells are short.
 LONG = 48
 # The largest number of leaves of a long chain that every ray is tested against, CORE of grid.glsl; and the largest
 # number of objects of one tree that have grids, of which each may take 70 MB.
@@ -82,7 +82,6 @@ class Batches(msgspec.Struct, frozen=True, eq=False):
     def program_depth(self) -> int:
         """The largest stack depth of the programs that are no chains; 0 if all programs are chains."""
         return max((batch.pruner.depth for batch in self.programs if not batch.pruner.is_chain), default=0)
-
 
     @property
     def has_grids(self) -> bool:

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # The number of cells for each leaf, and the most cells of a grid. More cells make lists shorter, and take 8 bytes each.
-_CELLS_FOR_LEAF, _MAX_CELLS = 32, 2**19
+_CELLS_FOR_LEAF, _MAX_CELLS = 96, 2**19
 # The most pairs of a cell and a leaf of one grid. A pair takes some 100 bytes while the grid is made, and 8 afterwards.
 _MAX_PAIRS = 2**23
 # The smallest side of a cell, in growths: in smaller cells, most leaves would be listed because of the growth.
@@ -211,11 +211,11 @@ def _keep_meeting(
     holds[sphere] = np.linalg.norm(away + half, axis=1) <= radii - growth
     # Bodies, slab by slab.
     bodies = surfaces.bodies
-    body = np.where(index < surfaces.spheres, 0, index - surfaces.spheres)
-    slabs = np.where(index < surfaces.spheres, 0, np.diff(bodies.starts, append=0)[body]) if len(bodies.starts) > 1 else np.zeros(len(index), np.int64)
-    walled = bodies.walls >= 0
+    counts = np.append(np.diff(bodies.starts), 0)  # the last one is for spheres
+    body = np.where(index < surfaces.spheres, -1, index - surfaces.spheres)
+    slabs = counts[body]
     is_body = index[leaf] >= surfaces.spheres
-    holds[is_body] &= ~walled[body[leaf[is_body]]]
+    holds[is_body] = bodies.walls[body[leaf[is_body]]] < 0
     normals = bodies.normals @ frame.T
     for k in range(int(slabs.max(initial=0))):
         pair = np.flatnonzero(slabs[leaf] > k)
