@@ -97,7 +97,7 @@ BAD = [
     (
         "[shapes.a]",
         "[shapes.a]\nplane = { normal = [0, 1, 0], offset = 0 }",
-        f"shapes.a: expected one of {', '.join(KINDS)}, got sphere and plane",
+        f"shapes.a: expected one of {', '.join(KINDS)}, got plane and sphere",
     ),
     (
         "sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }",
