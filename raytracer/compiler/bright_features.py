@@ -134,7 +134,7 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
     with np.errstate(all="ignore"):  # Eye.features() leaves out overflowing features
         for eye in eyes(compiled.scene.camera, size, flat, compiled.options.bounces):
             balls = eye.sees(surfaces.centers[: surfaces.spheres], surfaces.radii[: surfaces.spheres])
-            seen = np.append(balls, np.ones(len(surfaces.planes), bool))
+            seen = np.append(balls, np.ones(len(surfaces.offsets), bool))
             parts.append(_emitters(eye, _choose(surfaces, rows, seen & emits, 1), materials.emission))
             mirrors = _choose(surfaces, rows, seen & is_mirror, len(emitters.radii))
             parts += _emitters_in_balls(eye, emitters, mirrors, materials)

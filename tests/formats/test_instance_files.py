@@ -57,7 +57,7 @@ def test_an_npz_file_gives_the_arrays_that_numpy_saved(tmp_path: Path, save) -> 
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ("", r"a.csv:1: expected the header x,y,z or x,y,z,scale, got ''"),
+        ("", r"a.csv:1: expected the header x,y,z, then scale or not, then qw,qx,qy,qz or not, got ''"),
         ("1,2,3\n", r"a.csv:1: expected the header .*, got '1,2,3'"),
         ("x;y;z\n1;2;3\n", r"a.csv:1: expected the header .*, got 'x;y;z'"),
         ("x,y,z\n", r"a.csv: positions: expected at least one point"),
@@ -152,7 +152,7 @@ BIG = bytes(100_000_000)  # deflated to 100 kB
         ({"positions.npy": header((1, 3)) + bytes(24), "more.npy": b""}, r"expected the arrays positions and"),
         (
             {"scales.npy": header((1,)) + bytes(8)},
-            r"expected the arrays positions and, optionally, scales, got 'scales'",
+            r"expected the arrays positions and, optionally, scales and rotations, got 'scales'",
         ),
         ({f"{i}.npy": b"" for i in range(10_000)}, r"expected an .npz file: it has too many members"),
     ],
