@@ -163,7 +163,7 @@ class Instances(Record, frozen=True, eq=False):
                 except InputError as error:
                     if isinstance(leaf, Plane):
                         raise self._beyond_limits(i) from None
-                    raise InputError(error.reason, ("positions", i)) from None
+                    raise InputError(f"{error.reason}, by the scale {self.scales[i]:g}", ("positions", i)) from None
 
     def _beyond_limits(self, i: int) -> InputError:
         """Return the error of the copy i."""
@@ -195,13 +195,11 @@ class Instances(Record, frozen=True, eq=False):
             and self.solid == other.solid
             and np.array_equal(self.positions, other.positions)
             and np.array_equal(self.scales, other.scales)
-            and (self.rotations is None) == (other.rotations is None)
-            and (self.rotations is None or np.array_equal(self.rotations, other.rotations))  # pyright: ignore
+            and _bytes(self.rotations) == _bytes(other.rotations)
         )
 
     def __hash__(self) -> int:
-        rotations = None if self.rotations is None else self.rotations.tobytes()
-        return hash((self.solid, self.positions.tobytes(), self.scales.tobytes(), rotations))
+        return hash((self.solid, *map(_bytes, (self.positions, self.scales, self.rotations))))
 
     def __repr__(self) -> str:
         is_uniform = bool((self.scales == self.scales[0]).all())
@@ -259,6 +257,10 @@ def _place(leaf: Primitive, matrix: Map) -> Primitive:
 
 def _scale(value: Any, key: Key | Keys) -> float:
     return number(value, key, math.ulp(0.0), expected=_SCALE)
+
+
+def _bytes(array: Array | None) -> bytes:
+    return b"" if array is None else array.tobytes()
 
 
 def _shape(array: Array) -> str:
