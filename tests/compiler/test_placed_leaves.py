@@ -7,14 +7,29 @@ import pytest
 
 import raytracer as rt
 from raytracer.compiler.surfaces import Surfaces, make_surfaces
-from tests.rendering.test_solids import KINDS, MATERIALS, primitive
 
 CAMERA = rt.Camera((0, 0, 9), (0, 0, 0))
+RED, BLUE, GREEN = (rt.Material(kd=kd) for kd in ((0.8, 0.2, 0.2), (0.2, 0.3, 0.8), (0.2, 0.7, 0.3)))
+BOX = rt.Box((-0.7, -0.5, -0.6), (0.7, 0.5, 0.6), RED)
+BALL = rt.Sphere((0.1, 0.2, -0.3), 0.8, BLUE)
+CYLINDER = rt.Cylinder((0, -0.8, 0.1), (0.2, 0.8, 0), 0.6, GREEN)
+CONE = rt.Cone((0, -0.8, 0), (0.1, 0.8, 0), 0.8, 0.1, GREEN)
+SOLIDS: dict[str, rt.Solid] = {
+    "box": BOX,
+    "sphere": BALL,
+    "cylinder": CYLINDER,
+    "cone": CONE,
+    "ellipsoid": rt.Ellipsoid((0.3, 0, 0), (1, 0.6, 0.8), RED),
+    "torus": rt.Torus((0, 0.1, 0), (0, 1, 0.2), 0.7, 0.3, RED),
+    "polyhedron": rt.Polyhedron(((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1.2)), RED),
+    "half-space": rt.Plane((0.3, -1.7, 0.4), 0.6, BLUE),
+    "tree": (BOX & BALL) - CYLINDER.rotate((1, 2, 3), 40).scale((1, 2, 0.5)),
+}
 NAMES = "corners", "centers", "radii", "starts", "normals", "low", "high", "kinds", "walls", "forms", "parts"
 
 
 def surfaces_of(*objects: rt.Solid | rt.Instances) -> Surfaces:
-    return make_surfaces(rt.Scene(objects, [], CAMERA, materials=MATERIALS))
+    return make_surfaces(rt.Scene(objects, [], CAMERA))
 
 
 def assert_same_bits(one: Surfaces, other: Surfaces) -> None:
@@ -24,17 +39,10 @@ def assert_same_bits(one: Surfaces, other: Surfaces) -> None:
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name), name)
 
 
-@pytest.mark.parametrize("kind", [*KINDS, "plane", "tree"])
+@pytest.mark.parametrize("kind", SOLIDS)
 def test_copies_have_the_bits_of_solids_under_transform(kind: str) -> None:
     rng = np.random.default_rng(4)
-    match kind:
-        case "plane":
-            solid: rt.Solid = rt.Plane((0.3, -1.7, 0.4), 0.6, MATERIALS[1])
-        case "tree":
-            moved = primitive("cylinder", MATERIALS[1]).rotate((1, 2, 3), 40).scale((1, 2, 0.5))
-            solid = (primitive("box", MATERIALS[0]) & primitive("sphere", MATERIALS[2])) - moved
-        case _:
-            solid = primitive(kind, MATERIALS[0])
+    solid = SOLIDS[kind]
     places, scales, turns = rng.normal(size=(50, 3)), rng.uniform(0.1, 4, 50), rng.normal(size=(50, 4))
     copies = rt.Instances(solid, places, scales, turns)
     one_by_one = [solid.transform(matrix) for matrix in copies.maps()]
@@ -44,15 +52,14 @@ def test_copies_have_the_bits_of_solids_under_transform(kind: str) -> None:
 
 def test_a_quaternion_of_no_rotation_gives_the_bits_of_no_rotations() -> None:
     rng = np.random.default_rng(5)
-    solid = (primitive("box", MATERIALS[0]) - primitive("cone", MATERIALS[1])) | primitive("sphere", MATERIALS[2])
-    solid = solid - rt.Plane((1, 2, 3), -4)
+    solid = ((BOX - CONE) | BALL) - rt.Plane((1, 2, 3), -4)
     places, scales = rng.normal(size=(50, 3)), rng.uniform(0.1, 4, 50)
     turned = rt.Instances(solid, places, scales, [[1, 0, 0, 0]] * 50)
     assert_same_bits(surfaces_of(rt.Instances(solid, places, scales)), surfaces_of(turned))
 
 
 def test_faces_of_neighbouring_copies_and_of_single_objects_have_equal_bits() -> None:
-    box = rt.Box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5), MATERIALS[0])
+    box = rt.Box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
     rng = np.random.default_rng(6)
     # A row of boxes along x, each turned by 0, 90 or 180 degrees around some axis.
     quarters = np.array([[1, 0, 0, 0], [1, 1, 0, 0], [1, 0, -1, 0], [1, 0, 0, 1], [0, 1, 1, 0]])

@@ -134,39 +134,3 @@ def test_a_box_less_its_half_spaces_is_empty(renderer: Renderer) -> None:
         scene = rt.Scene([solid], [rt.PointLight((4, 7, 4))], rt.Camera((1, 1, 5), (0, 0, 0)))
         image = renderer.render(scene, (160, 90), rt.Settings(samples=1))
         assert image.material is not None and (image.material == -1).all()
-
-
-def random_dice(rng: np.random.Generator, count: int) -> tuple[rt.Instances, list[rt.Solid]]:
-    """Return rotated copies of a die, as instances and as single solids made by hand."""
-    die: rt.Solid = rt.Box((-1, -1, -1), (1, 1, 1), MATERIALS[0]) & rt.Sphere((0, 0, 0), 1.45, MATERIALS[1])
-    for center in ((0, 0, 1.1), (0.5, 1.1, 0.5), (-0.5, 1.1, -0.5)):
-        die = die - rt.Sphere(center, 0.3, MATERIALS[2])
-    places, scales = rng.uniform((-4, -2, -3), (4, 3, 2), (count, 3)), rng.uniform(0.2, 0.6, count)
-    axes, degrees = rng.normal(size=(count, 3)), rng.uniform(0, 360, count)
-    half = np.radians(degrees) / 2
-    unit = axes / np.linalg.norm(axes, axis=1, keepdims=True)
-    turns = np.column_stack([np.cos(half), np.sin(half)[:, None] * unit]) * rng.uniform(0.1, 9, (count, 1))
-    by_hand = [
-        die.scale(scale).rotate(axis, angle).translate(place)
-        for scale, axis, angle, place in zip(scales, axes, degrees, places, strict=True)
-    ]
-    return rt.Instances(die, places, scales, turns), by_hand
-
-
-def test_rotated_instances_are_those_of_the_ground_truth_made_by_hand(renderer: Renderer) -> None:
-    dice, by_hand = random_dice(np.random.default_rng(21), 50)
-    ground = rt.Plane((0, 1, 0), -2.5, MATERIALS[3])
-    scene = rt.Scene([dice, ground], [rt.PointLight((4, 7, 4))], rt.Camera((0.5, 2, 8), (0, 0.3, 0)))
-    image = renderer.render(scene, SIZE, rt.Settings(samples=1))
-    truth = ray_tracer.trace(scene.replace(objects=[*by_hand, ground]), SIZE, rt.Settings(samples=1))
-    assert np.count_nonzero(np.abs(image.radiance - truth.radiance).max(axis=-1) > 2e-3) <= 3
-    assert truth.material is not None and len(np.unique(truth.material)) == 5
-
-
-def test_evaluators_give_the_same_bits_for_rotated_instances(renderer: Renderer) -> None:
-    dice, _ = random_dice(np.random.default_rng(22), 6)
-    scene = rt.Scene([dice], [rt.PointLight((4, 7, 4))], rt.Camera((0.5, 2, 8), (0, 0.3, 0)))
-    cells, walk = (
-        renderer.render(scene, SIZE, rt.Settings(samples=1, evaluator=e)).radiance for e in ("cells", "walk")
-    )
-    assert np.array_equal(cells, walk) and cells.any()

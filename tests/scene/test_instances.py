@@ -134,11 +134,12 @@ def test_a_picture_of_instances_equals_the_picture_of_solids_made_by_hand() -> N
 
 
 def test_instances_are_moved_and_enlarged_like_plain_solids() -> None:
-    scene = rt.Scene([rt.Instances(LENS, [[1, 2, 4], [0, 0, -4]], [2, 0.5])], [], CAMERA)
-    plain = rt.Scene(scene.solids(), [], CAMERA)
-    # Powers of two and small whole numbers, so that nothing is rounded.
-    assert enlarge_scene(scene, 4.0).solids() == enlarge_scene(plain, 4.0).solids()
-    assert move_scene(scene, (16.0, 0.0, -2.0)).solids() == move_scene(plain, (16.0, 0.0, -2.0)).solids()
+    for rotations in (None, [[1, 0, 0, 1], [1, 1, -1, 1]]):
+        scene = rt.Scene([rt.Instances(LENS, [[1, 2, 4], [0, 0, -4]], [2, 0.5], rotations)], [], CAMERA)
+        plain = rt.Scene(scene.solids(), [], CAMERA)
+        # Powers of two, small whole numbers and exact rotations, so that nothing is rounded.
+        assert enlarge_scene(scene, 4.0).solids() == enlarge_scene(plain, 4.0).solids()
+        assert move_scene(scene, (16.0, 0.0, -2.0)).solids() == move_scene(plain, (16.0, 0.0, -2.0)).solids()
 
 
 def test_instances_have_the_precision_warnings_of_plain_solids() -> None:
