@@ -4,6 +4,7 @@ import contextlib
 import io
 import random
 import re
+import shutil
 import warnings
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import pytest
 import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.app.viewer.orbit import turn_camera, turn_light
-from raytracer.formats.scene_file import edit_positions, examples, load, loads
+from raytracer.formats.scene_file import companion_paths, edit_positions, examples, load, loads
 from raytracer.scene.solids.kinds import KINDS
 from tests import scenes
 from tests.scenes import GOOD
@@ -398,6 +399,16 @@ def test_instances_of_a_file_equal_instances_of_python_and_stay_when_lights_move
 def test_the_example_many_has_a_thousand_instances_over_the_ground() -> None:
     lens, ground = load("many").objects
     assert isinstance(lens, rt.Instances) and len(lens) == 1000 and isinstance(ground, rt.Plane)
+
+
+def test_every_example_is_written_back_with_moved_lights_and_camera(tmp_path: Path) -> None:
+    for name, path in examples().items():
+        scene = load(path)
+        turned = turn_light(turn_camera(scene, 0.3, 0.1), 0, 1.0, -0.2)
+        (tmp_path / path.name).write_text(edit_positions(path.read_text(), turned, path.parent))
+        for companion in companion_paths(path, path.read_text()):
+            shutil.copy(companion, tmp_path)
+        assert load(tmp_path / path.name) == turned != scene, name
 
 
 def test_a_text_without_the_moved_light_is_refused() -> None:
