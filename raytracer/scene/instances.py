@@ -46,6 +46,9 @@ _SCALE = "a number above 0"
 # Copies are checked one by one, exactly but slowly, if their bounds are beyond this share of the largest length, or if
 # their width is less than this many times the smallest. Bounds of rotated copies are coarse by less than these factors.
 _NEAR_MAX, _NEAR_MIN = 0.5, 1e3
+# Copies are also checked one by one if the map of a primitive shortens an axis to less than this share of the longest:
+# a map may be singular to float64 after a rotation only. The share of singular maps is 2^-40.
+_NEAR_SINGULAR = 2.0**-36
 
 
 @public
@@ -153,17 +156,23 @@ class Instances(Record, frozen=True, eq=False):
                 center = corners.mean(axis=0)
                 reach = np.abs(affine_arrays.apply(maps, center)).max(axis=1)
                 reach += self.scales * np.linalg.norm(corners - center, axis=1).max()
-                low, high = extent(leaf.support)
-                narrow = self.scales * np.subtract(high, low).min()
+                axes = np.linalg.svd(np.array(leaf.matrix)[:, :3], compute_uv=False)
+                narrow = self.scales * (axes[2] >= _NEAR_SINGULAR * axes[0]) * _least_width(leaf, self.rotations)
                 near |= ~((reach <= _NEAR_MAX * MAX_LENGTH) & (narrow >= _NEAR_MIN * MIN_RADIUS))
         for i in np.flatnonzero(near).tolist():
             for leaf in primitives:
-                try:
-                    leaf.place(_as_map(maps[i]))
-                except InputError as error:
-                    if isinstance(leaf, Plane):
-                        raise self._beyond_limits(i) from None
-                    raise InputError(f"{error.reason}, by the scale {self.scales[i]:g}", ("positions", i)) from None
+                self._place(leaf, i, _as_map(maps[i]))
+
+    def _place(self, leaf: Primitive, i: int, matrix: Map) -> Primitive:
+        """Return a primitive of the copy i, whose map is `matrix`. Raises InputError beyond the limits of lengths."""
+        try:
+            [moved] = leaf.place(matrix)
+        except InputError as error:
+            if isinstance(leaf, Plane):
+                raise self._beyond_limits(i) from None
+            raise InputError(f"{error.reason}, by the scale {self.scales[i]:g}", ("positions", i)) from None
+        assert isinstance(moved, Primitive)
+        return moved
 
     def _beyond_limits(self, i: int) -> InputError:
         """Return the error of the copy i."""
@@ -220,8 +229,8 @@ class Instances(Record, frozen=True, eq=False):
 
     def solids(self) -> Iterator[Solid]:
         """Yield the N copies as solids."""
-        for matrix in map(_as_map, self.maps()):
-            yield with_leaves(self.solid, lambda leaf, matrix=matrix: _place(leaf, matrix))
+        for i, matrix in enumerate(map(_as_map, self.maps())):
+            yield with_leaves(self.solid, lambda leaf, i=i, matrix=matrix: self._place(leaf, i, matrix))
 
     def spheres(self) -> tuple[Array, Array]:
         """Return the centres [N, S, 3] and radii [N, S] of the S spheres of each copy, bit-identical to solids()."""
@@ -249,10 +258,19 @@ def _as_map(rows: Array) -> Map:
     return x, y, z
 
 
-def _place(leaf: Primitive, matrix: Map) -> Primitive:
-    [moved] = leaf.place(matrix)
-    assert isinstance(moved, Primitive)
-    return moved
+def _least_width(leaf: Placed, rotations: Array | None) -> float:
+    """Return about the least side of the box around a leaf, or around all its rotations if there are any.
+
+    A body is about twice as wide as the standard deviation of its outermost points, along any direction.
+    """
+    import numpy as np
+
+    if rotations is None:
+        low, high = extent(leaf.support)
+        return min(b - a for a, b in zip(low, high, strict=True))
+    points = np.array(leaf.outermost())
+    deviations = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return 2.0 * float(deviations[2]) / math.sqrt(len(points))
 
 
 def _scale(value: Any, key: Key | Keys) -> float:

@@ -239,8 +239,7 @@ BAD = [
     ),
     (
         shape("[{ scale = 1e12 }, { scale = 1e12 }]"),
-        "shapes.a.transform[1]: expected a map with numbers within +-1e+12, "
-        "got ((1e+24, 0.0, 0.0, 0.0), (0.0, 1e+24, 0.0, 0.0), (0.0, 0....",
+        "shapes.a.transform[1]: expected a map with numbers within +-1e+12 after each step, got 1e+24",
     ),
     (
         shape("[{ scale = [1, 1e-9, 1] }, { scale = [1, 1e-9, 1] }]"),
@@ -253,7 +252,8 @@ BAD = [
     ),
     (
         shape("[{ scale = 2 }]", "sphere = { center = [0, 0, 0], radius = 6e11 }"),
-        "shapes.a.transform.radius: expected a number above 0, in [1e-12, 1e+12], got 1200000000000.0",
+        "shapes.a.transform: expected moved balls with a radius in [1e-12, 1e+12] and a centre within +-1e+12, got the "
+        "radius 1200000000000.0 around [0.0, 0.0, 0.0]",
     ),
     (
         shape(f"[{'{ scale = 1 }, ' * (MAX_STEPS + 1)}]"),
@@ -294,9 +294,9 @@ BAD = [
         "parts.p.material: expected the name of a material, got 'rot' (known: red, blue)",
     ),
     (
-        parts('p]\nsolid = "ball"\ntransform = [{ translate = [1e12, 0, 0] }]'),
-        "parts.p.transform: expected moved balls with a radius in [1e-12, 1e+12] and a centre within +-1e+12, got the "
-        "radius 0.5 around [1000000000001.0, 2.0, 3.0]",
+        parts('p]\nsolid = "ball"\ntransform = [{ translate = [1e12, 0, 0] }]').replace("box - ball", "box - p"),
+        "parts.p: expected moved balls with a radius in [1e-12, 1e+12] and a centre within +-1e+12, got the radius 0.5 "
+        "around [1000000000001.0, 2.0, 3.0]",
     ),
     (
         parts('p]\nsolid = "box"\ntransform = [{ scale = 0 }]'),
@@ -355,7 +355,7 @@ FAR = f"transform = [{{ translate = [{0.9 * MAX_LENGTH}, 0, 0] }}]"
 def test_a_part_that_its_transform_moves_too_far_is_named(tables: str, where: str) -> None:
     for instances in ("", "[instances.o]\npositions = [[0, 0, 0]]\n"):
         message = refusal(f"{SHAPES}{tables}{instances}")
-        assert message.startswith(f"{where}") and "+-1e+12, got" in message
+        assert message.startswith(f"{where}") and "within +-1e+12" in message
 
 
 @pytest.mark.parametrize("more", ["", 'material = "red"\n', "transform = [{ rotate = [0, 0, 1], degrees = 3 }]\n"])

@@ -3,6 +3,7 @@
 import copy
 import math
 import pickle
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -69,6 +70,36 @@ def test_a_copy_maps_each_point_to_its_position_plus_its_rotated_and_scaled_plac
     (sphere, plane), *_ = map(leaves, rt.Instances(solid, [[10, 20, 30]], 2, [turn]).solids())
     assert sphere == rt.Sphere((10, 22, 30), 1)
     assert isinstance(plane, rt.Plane) and plane.unit() == ((0, 1, 0), 28)
+
+
+def test_a_hull_that_is_too_thin_for_its_axes_only_after_its_rotation_is_refused_at_once() -> None:
+    turn = rotated([1, 2, 3, 4])
+    points: Any = [(turn @ point).tolist() for point in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.5e-12))]
+    hull = rt.Polyhedron(points)
+    assert len(list(rt.Instances(hull, HERE, 0.5, [turn]).solids())) == 1
+    with pytest.raises(
+        rt.InputError, match=r"^positions\[0\]: expected moved solids 1e-12 or more wide, .* scale 0.5$"
+    ):
+        rt.Instances(hull, HERE, 0.5, [turn.T])
+
+
+def test_copies_whose_maps_are_nearly_singular_are_placed_or_refused_at_once() -> None:
+    refused = 0
+    for _ in range(300):
+        outer, inner = (np.linalg.qr(RNG.normal(size=(3, 3)))[0] for _ in range(2))
+        matrix = outer @ np.diag([1, 10 ** RNG.uniform(-12, 0), 10 ** RNG.uniform(-12, -11.5)]) @ inner
+        try:
+            solid = BOX.transform(np.column_stack([matrix, np.zeros(3)]))
+        except rt.InputError:
+            continue
+        try:
+            copies = rt.Instances(solid, np.zeros((3, 3)), 0.7, RNG.normal(size=(3, 4)))
+        except rt.InputError as error:
+            refused += 1
+            assert re.fullmatch(r"positions\[\d\]: expected .*, by the scale 0.7", str(error))
+        else:
+            assert len(list(copies.solids())) == 3
+    assert refused
 
 
 wrong: Any = rt.Instances  # untyped, for arguments of wrong types

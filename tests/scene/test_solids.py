@@ -326,6 +326,7 @@ def test_ten_thousand_nested_maps_and_operators_do_not_recurse() -> None:
 # --- Wrong values
 
 ORIGIN = (0, 0, 0)
+SIDE = rt.Plane((0, 1, 0), 1)
 WRONG: dict[str, Callable[[], Any]] = {
     "max: expected 3 numbers above": lambda: rt.Box((0, 0, 0), (1, 0, 1)),
     "top: expected a point 1e-12 or more from base": lambda: rt.Cylinder((1, 0, 0), (1, 0, 1e-13), 1),
@@ -360,8 +361,11 @@ WRONG: dict[str, Callable[[], Any]] = {
         SPHERE.scale(1e-12)
     ),
     "transform: expected moved balls": lambda: postfix(rt.Ellipsoid((2, 0, 0), (1, 2, 1)).scale((1e12, 5e11, 1e12))),
-    "transform: expected moved half-spaces within +-1e+12 of the origin, got one at 2e+12": lambda: postfix(
-        rt.Plane((0, 2, 0), 2e12).translate((0, 1e12, 0))
+    "transform: expected moved half-spaces within +-1e+12 of the origin, got one at 2000000000000.0": lambda: postfix(
+        rt.Plane((0, 0.5, 0), 5e11).translate((0, 1e12, 0))
+    ),
+    "transform: expected maps of half-spaces with factors in [1e-12, 1e+12], got ((1e-": lambda: postfix(
+        functools.reduce(lambda solid, _: (solid | SIDE).scale(1e-12), range(26), SIDE)
     ),
     "transform: expected moved solids within": lambda: postfix(BOX.scale(1e12)),
     "transform: expected moved solids 1e-12 or more wide": lambda: postfix(BOX.scale(1e-12)),

@@ -56,6 +56,10 @@ class Body(Primitive, frozen=True):
         """
         raise NotImplementedError
 
+    def outermost(self) -> tuple[Vec3, ...]:
+        """Return points that are about as far apart, along any direction, as those of the primitive."""
+        return self.corners()
+
     def reach(self) -> float:
         """Return the radius of a ball that holds the primitive, around the mean of the corners."""
         corners = self.corners()
@@ -114,6 +118,10 @@ class Placed(Body, frozen=True):
     def corners(self) -> tuple[Vec3, ...]:
         """Return eight points whose convex hull holds the leaf, as Primitive.corners()."""
         return tuple(affine.apply(self.matrix, corner) for corner in self.shape.corners())
+
+    def outermost(self) -> tuple[Vec3, ...]:
+        """Return points that are about as far apart, along any direction, as those of the leaf."""
+        return tuple(affine.apply(self.matrix, point) for point in self.shape.outermost())
 
     def touches(self, point: Vec3, error: float = 0.0) -> bool:
         """Whether `point` lies on the surface, up to rounding and an `error` of the point."""

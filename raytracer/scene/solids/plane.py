@@ -6,7 +6,7 @@ import math
 
 from raytracer.core.record import public
 from raytracer.core.shown import format_value
-from raytracer.core.validation import MAX_LENGTH, InputError, Vec3, direction, number, set_fields
+from raytracer.core.validation import MAX_LENGTH, MIN_RADIUS, InputError, Vec3, direction, number, set_fields
 from raytracer.core.vectors import dot, scale_by
 from raytracer.scene.materials.material import Material
 from raytracer.scene.solids import affine
@@ -15,6 +15,9 @@ from raytracer.scene.solids.checks import check_material, check_place
 from raytracer.scene.solids.limits import ROUNDING
 from raytracer.scene.solids.solid import Primitive, Union
 
+# The largest component of a normal, or its inverse, under a map with all factors in the range of lengths: a normal and
+# two factors of 1e12 each, with more than enough for sheared maps.
+_MAX_NORMAL = 1e60
 _OFFSET = f"a number within +-{MAX_LENGTH:g}"
 
 
@@ -59,7 +62,11 @@ class Plane(Primitive, frozen=True, repr_omit_defaults=True):
         """Return the half-space under a map, as a Plane."""
         if matrix is None:
             return [self]
+        affine.check_invertible(matrix, "transform")
         normal, offset = affine.map_plane(matrix, self.normal, self.offset)
+        if not 1.0 / _MAX_NORMAL <= max(map(abs, normal)) <= _MAX_NORMAL:
+            expected = f"maps of half-spaces with factors in [{MIN_RADIUS:g}, {MAX_LENGTH:g}]"
+            raise InputError(f"expected {expected}, got {format_value(matrix)}", "transform")
         # A power of two leaves all bits of the unit normal as they are.
         factor = 2.0 ** -math.frexp(max(map(abs, normal)))[1]
         try:

@@ -54,6 +54,10 @@ class Polyhedron(Body, frozen=True, repr_omit_defaults=True):
         (a, b, c), (x, y, z) = ([choose(column) for column in zip(*self.points, strict=True)] for choose in (min, max))
         return box_corners((a, b, c), (x, y, z))
 
+    def outermost(self) -> tuple[Vec3, ...]:
+        """Return the points: the box of a thin hull across the axes is thick."""
+        return self.points
+
     def slabs(self) -> tuple[Slab, ...]:
         """Return the faces, two parallel ones as one slab."""
         return _faces(self.points)
