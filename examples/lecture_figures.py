@@ -22,6 +22,7 @@ import numpy as np
 
 import raytracer as rt
 from raytracer.analysis.figures import new_figure, require_matplotlib, save_figure
+from raytracer.core.output import check_folder
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -244,20 +245,22 @@ FIGURES = {
 
 
 def main() -> int:
-    """Write all figures, and return the exit status: 2 for wrong input and without matplotlib."""
+    """Write all figures, and return the exit status: 2 for a wrong folder and without matplotlib."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=Path("figures"), help="folder (default: figures)")
     parser.add_argument("--format", choices=("svg", "pdf", "png"), default="svg", help="default: svg")
     options = parser.parse_args()
+    paths = {name: options.output / f"{name}.{options.format}" for name in FIGURES}
     try:
         require_matplotlib()
-    except rt.InputError as error:
-        print(f"{parser.prog}: {error}", file=sys.stderr)
+        options.output.mkdir(parents=True, exist_ok=True)
+        check_folder(options.output, *(path.name for path in paths.values()))
+    except (rt.InputError, OSError) as error:
+        reason = error if isinstance(error, rt.InputError) else f"{options.output}: {error.strerror}"
+        print(f"{parser.prog}: {reason}", file=sys.stderr)
         return 2
-    options.output.mkdir(parents=True, exist_ok=True)
-    for name, draw in FIGURES.items():
-        path = options.output / f"{name}.{options.format}"
-        save_figure(draw(), path, name)
+    for name, path in paths.items():
+        save_figure(FIGURES[name](), path, name)
         print(f"wrote {path}")
     return 0
 

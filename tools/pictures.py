@@ -27,6 +27,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 import raytracer as rt
 from examples import lecture_figures as figures
+from raytracer.analysis.figures import require_matplotlib
 from tests.displays import window
 from tests.pages import blocks, page_text
 from tests.processes import run_for_output, run_to_end
@@ -193,8 +194,8 @@ MAKERS: dict[Callable[[], Iterator[tuple[str, Pixels]]], tuple[str, ...]] = {
 }
 
 
-def main() -> None:
-    """Make the pictures, and report their sizes."""
+def main() -> int:
+    """Make the pictures, report their sizes, and return the exit status: 2 if matplotlib is needed and missing."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME")
     names = {*parser.parse_args().names}
@@ -210,12 +211,19 @@ def main() -> None:
             if any(map(is_requested, own)):
                 yield from maker()
 
+    if any(map(is_requested, MAKERS[roth_diagram])):
+        try:
+            require_matplotlib()
+        except rt.InputError as error:
+            print(f"{parser.prog}: {error}", file=sys.stderr)
+            return 2
     FOLDER.mkdir(exist_ok=True)
     for name, pixels in made():
         path = FOLDER / f"{name}.png"
         Image.fromarray(pixels).save(path, optimize=True)
         print(f"{path.relative_to(CHECKOUT)}: {pixels.shape[1]}x{pixels.shape[0]}, {path.stat().st_size / 1000:.0f} kB")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -27,7 +27,7 @@ def check_output(path: str | os.PathLike[str], suffixes: Collection[str]) -> Pat
     path = check_path(path, "path")
     if path.suffix.lower() not in suffixes:
         raise InputError(f"expected an output that ends in {' or '.join(suffixes)}", file=str(path))
-    _check(path)
+    check_place(path)
     return path
 
 
@@ -35,10 +35,11 @@ def check_folder(folder: Path, *names: str) -> None:
     """Raise InputError unless `folder` is writable and no file in it blocks one of the `names`."""
     _check_folder(folder, folder)
     for name in names:
-        _check(folder / name)
+        check_place(folder / name)
 
 
-def _check(path: Path) -> None:
+def check_place(path: Path) -> None:
+    """Raise InputError unless a file can be written to `path`, or a folder made there if there is nothing yet."""
     try:
         _check_folder(_target(path).parent, path)
     except OSError as error:

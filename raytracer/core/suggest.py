@@ -59,7 +59,7 @@ def did_you_mean_file(path: Path, others: Iterable[str] = ()) -> str:
         if os.path.lexists(path):
             return ""
         with os.scandir(path.parent) as entries:
-            names = (entry.name for entry in itertools.islice(entries, _MAX_NAMES))
+            names = (entry.name for entry in itertools.islice(entries, _MAX_NAMES) if not entry.is_dir())
             beside = sorted(name for name in names if _is_of_kind(name, path.suffix))
     file = did_you_mean(path.name, beside)
     others = [*others]

@@ -34,6 +34,7 @@ MAX_SIDE = 65536
 MAX_EXPONENT = 1e6
 # Expected values for error messages, formatted once: formatting takes as long as all checks of a vector.
 _POINT = f"3 numbers within +-{MAX_LENGTH:g}"
+_DIRECTION = f"3 numbers within +-{MAX_LENGTH:g}, not all 0"
 _COLOR = f"3 numbers in [0, {MAX_COLOR:g}] (linear RGB)"
 
 
@@ -271,7 +272,7 @@ def color(value: Any, key: Key | Keys) -> Vec3:
 
 def direction(value: Any, key: Key | Keys) -> Vec3:
     """Return a vector that defines a direction. Raises InputError, also for a vector shorter than 1e-12."""
-    result = vector(value, key, -MAX_LENGTH, MAX_LENGTH, "3 finite numbers, not all 0")
+    result = vector(value, key, -MAX_LENGTH, MAX_LENGTH, _DIRECTION)
     if math.hypot(*result) < 1.0 / MAX_LENGTH:
         raise InputError(f"expected a vector that is not 0, got {format_value(value)}", key)
     return result

@@ -13,7 +13,7 @@ from raytracer.core.validation import InputError, set_fields
 from raytracer.scene.lights import PointLight
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import Shading
-from raytracer.scene.options import CompileOptions, Evaluator, Precision, SamplingOptions, Shadows
+from raytracer.scene.options import DEFAULT_SAMPLE_LIMIT, CompileOptions, Evaluator, Precision, SamplingOptions, Shadows
 from raytracer.scene.sequences import SampleSequence
 
 
@@ -76,11 +76,13 @@ class Settings(Record, frozen=True):
     def replace(self, **changes: Any) -> Self:
         """Return a copy with other values for some fields. The new values are checked as in the constructor.
 
-        A new `adaptive`, `max_error` or `time` raises a `samples` of 1, which cannot be its limit, to the default 4096,
-        unless `changes` sets `samples`. Raises InputError for a wrong value and for an unknown field.
+        A new `adaptive`, `max_error` or `time` raises a `samples` of 1, which cannot be its limit, to the default 4096.
+        Cancelling all of them sets the limit 4096 back to 1. Neither happens if `changes` sets `samples`. Raises
+        InputError for a wrong value and for an unknown field.
         """
-        is_new = any(changes.get(name) is not None for name in ("adaptive", "max_error", "time"))
-        if is_new and self.samples == 1 and not self.sampling.is_adaptive:
+        was = self.sampling.is_adaptive
+        will_be = any(changes.get(name, getattr(self, name)) is not None for name in ("adaptive", "max_error", "time"))
+        if was != will_be and self.samples == (DEFAULT_SAMPLE_LIMIT if was else 1):
             changes = {"samples": UNSET, **changes}
         return super().replace(**changes)
 

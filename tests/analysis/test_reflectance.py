@@ -397,6 +397,10 @@ def test_check_reports_faults_for_parameters_without_a_listed_expectation(
         (("plot", "ggx", "-o", "x.jpg"), "ends in .png or .svg or .pdf"),
         (("plot", "ggx", "-o", "nowhere/x.png"), "nowhere"),
         (("plot", "--lecture", "--set", "kd=1", "-o", "x.png"), "only h"),
+        (
+            ("plot", "--lecture", "--set", "h=1e6", "-o", "x.png"),
+            "h: expected a number in [0, 250000], which blinn takes",
+        ),
         (("gallery", "--cell", "3", "-o", "x.png"), "--cell"),
         (("list", "nope"), "expected one of phong"),
     ],
@@ -513,6 +517,17 @@ def test_the_lecture_figures_show_their_help_and_name_the_missing_extra_without_
     assert said.out.startswith("usage: ") == (status == 0)
     error = r"lecture_figures\.py: plots need matplotlib.*in the checkout: pip install -e '\.\[plots\]'\n"
     assert re.fullmatch("" if status == 0 else error, said.err)
+
+
+def test_the_lecture_figures_refuse_a_folder_that_cannot_be_made_in_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(sys, "argv", ["lecture_figures.py", "-o", str(tmp_path / "file" / "figures")])
+    with pytest.raises(SystemExit) as end:
+        runpy.run_path(str(scenes.CHECKOUT / "examples/lecture_figures.py"), run_name="__main__")
+    assert end.value.code == 2
+    assert capsys.readouterr().err == f"lecture_figures.py: {tmp_path}/file/figures: Not a directory\n"
 
 
 @pytest.mark.gl

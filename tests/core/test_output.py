@@ -1,5 +1,6 @@
 """Writing files: whole or not at all, with the permissions of the file before, and not at unsuitable places."""
 
+import errno
 import os
 import stat
 from collections.abc import Callable
@@ -210,6 +211,18 @@ def test_each_command_refuses_a_read_only_file_at_once(
     errors = capsys.readouterr().err
     assert f"{name}: expected a file that can be written to, got a read-only one" in errors and errors.count("\n") == 1
     assert names(tmp_path) == [name] and Path(name).stat().st_size == 0
+
+
+def test_the_place_of_a_new_folder_is_named_and_not_the_folder_around_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Path, "touch", refuse)
+    assert main(["trade", SCENE, "-o", "t"]) == 2
+    assert capsys.readouterr().err == "raytracer: t: expected a place that can be written to: Permission denied\n"
 
 
 def test_a_new_file_appears_when_it_is_whole_and_never_overwrites_another(tmp_path: Path) -> None:

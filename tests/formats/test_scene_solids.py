@@ -227,7 +227,7 @@ BAD = [
         shape("[{ scale = [1, -1, 1] }]"),
         "shapes.a.transform[0].scale: expected 3 numbers, or one for all, in [1e-12, 1e+12], got -1",
     ),
-    (shape("[{ mirror = 1 }]"), "shapes.a.transform[0].mirror: expected 3 finite numbers, not all 0, got 1"),
+    (shape("[{ mirror = 1 }]"), "shapes.a.transform[0].mirror: expected 3 numbers within +-1e+12, not all 0, got 1"),
     (
         shape("[{ matrix = [[1, 0, 0, 0], [0, 1, 0, 0]] }]"),
         "shapes.a.transform[0].matrix: expected 3 or 4 rows of 4 numbers within +-1e+12, "

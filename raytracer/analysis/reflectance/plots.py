@@ -16,6 +16,7 @@ from raytracer.analysis.reflectance.properties import DEGREES, MaterialPropertie
 from raytracer.analysis.reflectance.quadrature import Array
 from raytracer.core.output import Writer, write_atomically
 from raytracer.core.progress import Progress
+from raytracer.core.validation import MAX_EXPONENT, number
 from raytracer.gpu.device import Device
 from raytracer.rendering.brdf import evaluate
 from raytracer.rendering.renderer import Renderer
@@ -246,13 +247,17 @@ def plot_lecture(path: Path, h: float | None, device: Device, write: Writer = wr
 
     Args:
         path: A file that ends in one of figures.SUFFIXES.
-        h: The exponent. None: 32.
+        h: The exponent. None: 32. Range: 0 to 250000.
         device: Evaluates the shaders.
         write: Opens the file.
+
+    Raises:
+        InputError: another exponent.
     """
     from matplotlib.lines import Line2D
 
-    h = 32.0 if h is None else h
+    most = MAX_EXPONENT / 4.0
+    h = 32.0 if h is None else number(h, "h", 0.0, most, f"a number in [0, {most:g}], which blinn takes times 4")
     phong, blinn = (Material(model, kd=0.0, ks=1.0, h=e) for model, e in (("phong", h), ("blinn", 4.0 * h)))
     figure = new_figure(9.0, 6.2)
     panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(1.3, 1.0))

@@ -57,8 +57,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="OUT",
-        help="write a figure of the largest channel difference of each pixel, with a logarithmic colour scale from "
-        f"0.0001 to 1: .png, .svg or .pdf. Needs matplotlib: {install_command('plots')} in the checkout.",
+        help="write a figure of the largest channel difference of each pixel: .png, .svg or .pdf. Its colour scale is "
+        f"logarithmic. Range: 0.0001-1. Needs matplotlib: {install_command('plots')} in the checkout.",
     )
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table; an infinite PSNR is null")
     parser.set_defaults(run=run)

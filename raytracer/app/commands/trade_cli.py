@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.analysis.tradeoffs.configurations import FULL, QUICK, plan
     from raytracer.analysis.tradeoffs.measurement import measure_tradeoffs
     from raytracer.analysis.tradeoffs.page import FILES, write_page, write_tables
-    from raytracer.core.output import check_folder
+    from raytracer.core.output import check_folder, check_place
     from raytracer.gpu.device import shared_device
     from raytracer.rendering.renderer import Renderer
 
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
     if os.path.lexists(folder):
         check_folder(folder, *FILES)
     else:
-        check_folder(folder.parent, folder.name)
+        check_place(folder)
     extent = QUICK if options.quick else FULL
     renderer = Renderer(shared_device(options.backend, options.device))
     base = section.settings.without_sampling().resolve()
