@@ -189,7 +189,8 @@ def _surfaces(compiled: CompiledScene, view: View, size: tuple[int, int], previo
     bodies = packing.face_texels(view, size, coinciding)
     if precision == 32:
         texels = packing.number_texels(view, size, coinciding, compiled.batches.order)
-        return SurfaceNumbers(key, coinciding, {}, texels, bodies.astype(np.float32))
+        with np.errstate(over="ignore"):  # a torus at 1e12 times its size, which has a warning of its precision
+            return SurfaceNumbers(key, coinciding, {}, texels, bodies.astype(np.float32))
     terms = np.concatenate(packing.camera_terms(view, size, coinciding))
     blocks = {"Surfaces": packing.surface_rows(view).tobytes(), "CameraTerms": terms.tobytes()}
     blocks |= {"Bodies": bodies.tobytes()} if len(bodies) else {}

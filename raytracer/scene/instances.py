@@ -46,6 +46,9 @@ _SCALE = "a number above 0"
 # Copies are checked one by one, exactly but slowly, if their bounds are beyond this share of the largest length, or if
 # their width is less than this many times the smallest. Bounds of rotated copies are coarse by less than these factors.
 _NEAR_MAX, _NEAR_MIN = 0.5, 1e3
+# Copies are also checked one by one if their width is less than this share of their distance from the origin: 2^-53
+# and a margin for sums and for coarse bounds.
+_NEAR_ROUNDING = 2.0**-44
 # Copies are also checked one by one if the map of a primitive shortens an axis to less than this share of the longest:
 # a map may be singular to float64 after a rotation only. The share of singular maps is 2^-40.
 _NEAR_SINGULAR = 2.0**-36
@@ -158,7 +161,12 @@ class Instances(Record, frozen=True, eq=False):
                 reach += self.scales * np.linalg.norm(corners - center, axis=1).max()
                 axes = np.linalg.svd(np.array(leaf.matrix)[:, :3], compute_uv=False)
                 narrow = self.scales * (axes[2] >= _NEAR_SINGULAR * axes[0]) * _least_width(leaf, self.rotations)
-                near |= ~((reach <= _NEAR_MAX * MAX_LENGTH) & (narrow >= _NEAR_MIN * MIN_RADIUS))
+                # The largest number of the sums that give the width, which rounds as much.
+                shift = np.linalg.norm([row[3] for row in leaf.matrix])
+                terms = self.scales * (np.linalg.norm(corners, axis=1).max() + shift)
+                terms += np.abs(self.positions).max(axis=1)
+                least = np.maximum(_NEAR_MIN * MIN_RADIUS, _NEAR_ROUNDING * terms)
+                near |= ~((reach <= _NEAR_MAX * MAX_LENGTH) & (narrow >= least))
         for i in np.flatnonzero(near).tolist():
             for leaf in primitives:
                 self._place(leaf, i, _as_map(maps[i]))

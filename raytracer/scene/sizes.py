@@ -12,6 +12,9 @@ from raytracer.scene.solids.body import Placed
 
 Array = NDArray[np.float64]
 
+# The distance of neighbouring float64 numbers, relative to the number.
+_RESOLVED = 2.0**-53
+
 
 class Sizes(NamedTuple):
     """The sizes of N primitives."""
@@ -41,7 +44,10 @@ def _body_sizes(run: Run) -> Sizes:
     a, b, c = (np.diff(corners.reshape(-1, 2, 2, 2, 3), axis=axis).mean(axis=(1, 2, 3)) for axis in (1, 2, 3))
     volumes = np.abs(np.einsum("ni,ni->n", a, np.cross(b, c)))
     sides = [np.linalg.norm(np.cross(*pair), axis=1) for pair in ((a, b), (b, c), (c, a))]
-    halves = volumes / (2.0 * np.max(sides, axis=0))
+    largest = np.max(sides, axis=0)
+    halves = np.divide(volumes, 2.0 * largest, out=np.zeros(len(leaves)), where=largest > 0.0)
+    # The corners of a thin body far from the origin may be equal in float64, which resolves no less than this.
+    halves = np.maximum(halves, _RESOLVED * np.abs(corners).max(axis=(1, 2), initial=0.0))
     if run.instances is None:
         return Sizes(centers, radii, halves)
     scales = np.asarray(run.instances.scales, float)[:, None]

@@ -83,6 +83,13 @@ def test_a_hull_that_is_too_thin_for_its_axes_only_after_its_rotation_is_refused
         rt.Instances(hull, HERE, 0.5, [turn.T])
 
 
+def test_a_copy_that_is_thinner_than_float64_resolves_at_its_place_is_refused_at_once() -> None:
+    plate = rt.Box((-1, -1, -1e-8), (1, 1, 1e-8))
+    assert len(list(rt.Instances(plate, [[0, 1e6, 0]]).solids())) == 1
+    with pytest.raises(rt.InputError, match=r"^positions\[1\]: expected moved solids 1e-12 or more wide"):
+        rt.Instances(plate, [[0, 0, 0], [0, 0, 1e9]])
+
+
 def test_copies_whose_maps_are_nearly_singular_are_placed_or_refused_at_once() -> None:
     refused = 0
     for _ in range(300):

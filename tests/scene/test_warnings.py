@@ -168,3 +168,9 @@ def test_the_precision_warning_knows_half_the_thickness_of_all_solids_moved_or_i
         assert "(1e+02) is 5e+04 times" in text and "half thickness (0.002)" in text
     for solid in (plate.scale(2), rt.Cone((0, 0, 0), (0, 1, 0), 1, 0), rt.Paraboloid((0, 0, 0), (0, 1, 0), 1)):
         assert scene_warnings(scenes.lit_scene(solid, eye=eye), rt.Settings()) == []
+
+
+def test_the_precision_warning_knows_a_solid_that_is_thinner_than_float64_resolves() -> None:
+    rod = rt.Cylinder((1e6, 2e6, 3e6), (1e6, 2e6, 3e6 + 1), 1e-12)
+    (text,) = scene_warnings(scenes.lit_scene(rod, eye=(0.0, 0.0, 100.0)), rt.Settings())
+    assert "the largest distance (3.7e+06) is 1.1e+16 times" in text
