@@ -107,7 +107,7 @@ wrong: Any = rt  # untyped, for arguments of wrong types
         (lambda: wrong.Camera((0, 0, 0), (0, 0, 1), vertical_fov=0), "vertical_fov"),
         (lambda: wrong.Scene([], [], CAMERA), "objects: expected at least one"),
         (lambda: wrong.Scene(["ball"], [], CAMERA), "objects: expected solids"),
-        (lambda: wrong.Scene([rt.Sphere((0, 0, 0), 1)], [], None), "camera"),
+        (lambda: wrong.Scene([rt.Sphere((0, 0, 0), 1)], [], "front"), "camera: expected a Camera, got"),
         (lambda: wrong.Scene([rt.Sphere((0, 0, 0), 1)], [None], CAMERA), "lights"),
         (lambda: wrong.Scene([rt.Sphere((0, 0, 0), 1)], [], CAMERA, background=(0, 0, NAN)), "background"),
         (lambda: wrong.Union(rt.Sphere((0, 0, 0), 1), 3), "b: expected a solid"),
