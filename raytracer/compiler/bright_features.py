@@ -20,6 +20,7 @@ from raytracer.compiler.eyes import MOST_EYES, Eye, Mirror, eyes
 from raytracer.compiler.features import NO_FEATURES, Features
 from raytracer.compiler.narrow_lobes import Lobe, diffuse_reflectance, highlight_lobe, mirrored_share
 from raytracer.compiler.surfaces import Surfaces
+from raytracer.compiler.view_space import view_origin
 from raytracer.core.validation import MAX_COLOR
 from raytracer.scene.lights import PointLight
 from raytracer.scene.scene_objects import SceneObjects
@@ -118,7 +119,7 @@ def bright_features(compiled: CompiledScene, size: tuple[int, int]) -> Features:
 
 def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, int]) -> Features:
     """Compute the features for all eyes."""
-    surfaces = compiled.surfaces
+    surfaces, camera = compiled.surfaces, compiled.scene.camera
     lights = [light for light in compiled.lights if any(light.color)]
     near = [light for light in lights if light.falloff == "inverse_square"]
     emits, is_narrow = materials.emission.max(axis=1) > 0.0, materials.lobes.sizes > 0.0
@@ -132,7 +133,7 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
     flat = _flat_mirrors(_choose(surfaces, rows, is_mirror, 1), materials.mirrored)
     parts = [NO_FEATURES]
     with np.errstate(all="ignore"):  # Eye.features() leaves out overflowing features
-        for eye in eyes(compiled.scene.camera, size, flat, compiled.options.bounces):
+        for eye in eyes(camera, view_origin(surfaces, camera, size)[0], size, flat, compiled.options.bounces):
             balls = eye.sees(surfaces.centers[: surfaces.spheres], surfaces.radii[: surfaces.spheres])
             seen = np.append(balls, np.ones(len(surfaces.planes), bool))
             parts.append(_emitters(eye, _choose(surfaces, rows, seen & emits, 1), materials.emission))

@@ -138,7 +138,7 @@ def make_frame(
     Without `plane_only`, the frame has no plane-only cells, only empty ones. Raises InputError for a scene that needs
     more texels or layers than the driver has, or candidate lists that take too much time or memory.
     """
-    view = _view(compiled, previous)
+    view = _view(compiled, size, previous)
     surfaces = _surfaces(compiled, view, size, previous)
     materials = _materials(compiled, view, limits, previous)
     lists = _lists(compiled, view, surfaces, size, limits, previous)
@@ -165,12 +165,14 @@ def make_frame(
     return frame
 
 
-def _view(compiled: CompiledScene, previous: Frame | None) -> View:
+def _view(compiled: CompiledScene, size: tuple[int, int], previous: Frame | None) -> View:
     """Return the surfaces in view space, shared with `previous` if they are unchanged."""
     camera = compiled.scene.camera
     if previous and previous.view.surfaces is compiled.surfaces and previous.view.camera == camera:
-        return previous.view
-    return make_view(compiled.surfaces, camera)
+        # An orthographic view depends on the shape of the picture.
+        if camera.projection == "perspective" or previous.size == size:
+            return previous.view
+    return make_view(compiled.surfaces, camera, size)
 
 
 def _surfaces(compiled: CompiledScene, view: View, size: tuple[int, int], previous: Frame | None) -> SurfaceNumbers:
@@ -327,6 +329,7 @@ def _uniforms(
         # OpenGL reads the matrix by columns, so the rows of the rotation make its inverse, from view space to world
         # space.
         "toWorld": tuple(view.rotation.astype(np.float32).ravel().tolist()),
+        "advance": view.advance,
         "focus": math.dist(camera.position, camera.look_at),
         "everything": lists.everything if lists else (0, 0),
     }

@@ -54,6 +54,7 @@ class Tracer:
         self._trees = [postfix(solid) for solid in scene.solids()]
         self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Primitive)]
         scene_surfaces = SceneSurfaces(self.leaves, scene.camera.position)
+        self._has_one_origin = scene.camera.projection == "perspective"
         self._surfaces, self._faces = scene_surfaces.surfaces, scene_surfaces.faces
         # The leaf of each face, and the number of its surface: coincident faces have one number.
         self.leaf = np.array([*(face.leaf for face in self._faces), -1], np.int32)
@@ -84,10 +85,11 @@ class Tracer:
         distance: Array | None = None,
     ) -> list[list[Span]]:
         result: list[list[Span]] = []
+        is_camera = start is None and self._has_one_origin
         for k, surface in enumerate(self._surfaces):
             on = np.zeros(len(rd), bool) if start is None else self.surface[start] == k
             is_lit = light is not None and surface.is_at(light)
-            ends = Ends(start is None, on, n, light if is_lit else None, distance if is_lit else None)
+            ends = Ends(is_camera, on, n, light if is_lit else None, distance if is_lit else None)
             result.append(surface.spans(ro, rd, ends))
         return result
 
@@ -120,7 +122,7 @@ class Tracer:
             rd: the rays' directions, unit vectors [R, 3].
             ends: further arguments about the rays' ends, all or none, or only the first two:
                 start: the faces on which the rays start [R]. The root of their surfaces there is exactly 0 by
-                    definition, not computed. Without it, the rays start at the camera.
+                    definition, not computed. Without it, they are the rays of the camera.
                 n: the outward normals of these faces at the rays' origins [R, 3].
                 light: the light to which the rays go.
                 distance: the distance of the light [R]. It is the exact root for surfaces on which the light lies, and

@@ -32,7 +32,7 @@ class Ends(NamedTuple):
     Of a ray from one point of a plane to another one, every point is a root: the plane's only one is at the light.
     """
 
-    is_camera: bool  # the rays start at the camera
+    is_camera: bool  # the rays start at the camera's position
     on: NDArray[np.bool_]  # (R,): the ray starts on the surface
     normals: Array | None  # (R, 3): outward, where the ray starts on the surface
     light: PointLight | None  # the light that lies on the surface, if any
