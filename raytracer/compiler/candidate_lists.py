@@ -24,7 +24,15 @@ from raytracer.compiler.direction_cells import (
     overlaps,
 )
 from raytracer.compiler.hemisphere_lists import LightBalls, hemisphere_lists, light_balls
-from raytracer.compiler.program_rows import FindPairs, Rows, fill_rows, most_listed, rows_of_cells, rows_without_spheres
+from raytracer.compiler.program_rows import (
+    FindPairs,
+    Rows,
+    fill_rows,
+    most_listed,
+    rows_of_cells,
+    rows_of_grids,
+    rows_without_spheres,
+)
 from raytracer.compiler.view_space import View, camera_grid, grown_radii, project_balls
 from raytracer.scene.lights import PointLight
 
@@ -64,8 +72,8 @@ def make_items(view: View, batches: Batches) -> Items:
     growth = np.maximum(np.linalg.norm(ball.growth, axis=1), 1.0)
     # By the bounds in sphere.glsl, the roots of a ray with a sphere of radius r at c are off by at most 32 u (|c| + r).
     # This error is along the ray, whose direction differs from c by an angle of at most r / |c|. Across the ray, the
-    # error is that share of r, and grown_radii() of the larger spheres. Orthographic rays are parallel instead: the error
-    # along the ray is that of the distance from the camera's plane.
+    # error is that share of r, and grown_radii() of the larger spheres. Orthographic rays are parallel instead: their
+    # error is along them, in proportion to the depth.
     if view.camera.projection == "orthographic":
         away = -centers[:, 2:] * np.array(view.camera.axes()[2])
     along = np.sum(ball.growth * np.abs(away), axis=1)
@@ -93,7 +101,9 @@ class Lister:
     @property
     def ball_count(self) -> int:
         """The number of balls in the lists of lights."""
-        return len(self._items.radii) + sum(batch.surfaces.size for batch in self._batches.programs)
+        return len(self._items.radii) + sum(
+            len(batch.order) if batch.is_long_chain else batch.surfaces.size for batch in self._batches.programs
+        )
 
     @functools.cached_property
     def _balls(self) -> LightBalls:
@@ -137,7 +147,9 @@ class Lister:
         """
 
         def leaf(number: int) -> tuple[Array, Array]:
-            return project_balls(self._view.camera, self._centers[batch.first + number], self._radii[batch.first + number])
+            return project_balls(
+                self._view.camera, self._centers[batch.first + number], self._radii[batch.first + number]
+            )
 
         lo, hi = np.empty((2, len(self._items.radii), 2))
         at = 0
@@ -217,14 +229,20 @@ class Lister:
             most: The most such pairs; more raise InputError.
         """
         listed: list[tuple[ProgramBatch, Ints, Rows]] = []
+        grids: list[Rows] = []
+        number = 0  # of the next grid
         for batch in self._batches.programs:
+            if batch.is_long_chain:
+                grids.append(rows_of_grids(batch, number, self._centers, self._radii, find_pairs))
+                number += len(batch.order)
+                continue
             pairs, rows, more = rows_of_cells(batch, self._bounded, self._centers, self._radii, find_pairs, total, most)
             listed.append((batch, pairs, rows))
             total += more
-        bare = [rows_without_spheres(batch, self._bounded) for batch in self._batches.programs]
+        bare = [rows_without_spheres(batch, self._bounded) for batch, _, _ in listed]
         if any(len(rows.cell) for rows in bare):
             some = count > 0
-            for _, _, rows in listed:
+            for rows in (*grids, *(rows for _, _, rows in listed)):
                 some[rows.cell] = True
             occupied = np.flatnonzero(some)
             listed = [
@@ -235,7 +253,7 @@ class Lister:
                 )
                 for (batch, pairs, rows), around in zip(listed, bare, strict=True)
             ]
-        parts = [rows.entries() for _, _, rows in listed if len(rows.cell)]
+        parts = [rows.entries() for rows in (*grids, *(rows for _, _, rows in listed)) if len(rows.cell)]
         entries = item
         if parts:
             cell = np.concatenate(

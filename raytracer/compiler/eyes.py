@@ -91,7 +91,9 @@ class Eye(NamedTuple):
         # A pixel off the picture's middle covers less solid angle.
         scale = self.focal**2 * np.power(1.0 + (x * x + y * y) / (depth * depth), 1.5)
         areas = scale * solid_angles
-        chosen = (depth > self.nearest) & (columns >= 0) & (rows >= 0) & (columns < self.size[0]) & (rows < self.size[1])
+        chosen = (
+            (depth > self.nearest) & (columns >= 0) & (rows >= 0) & (columns < self.size[0]) & (rows < self.size[1])
+        )
         chosen &= (areas < _LARGEST) & self._is_before(points, 0.0)
         return Features(
             columns[chosen],
@@ -102,9 +104,7 @@ class Eye(NamedTuple):
         )
 
 
-def eyes(
-    camera: Camera, place: Vec3, size: tuple[int, int], mirrors: Sequence[Mirror], bounces: int
-) -> list[Eye]:
+def eyes(camera: Camera, place: Vec3, size: tuple[int, int], mirrors: Sequence[Mirror], bounces: int) -> list[Eye]:
     """Return the camera of a picture of `size` (width, height) and its images in `mirrors` after up to `bounces`
     bounces.
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler import packing
+from raytracer.compiler.chain_grids import Grids, update_grids
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.culling import occupied_cells, occupied_cells_of_light
 from raytracer.compiler.direction_cells import CELL
@@ -84,6 +85,7 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
     materials: MaterialNumbers
     lights: LightNumbers
     lists: LightLists | None
+    grids: Grids | None  # of long chains
     cells: CellMasks
     uniforms: dict[str, object]
     rounds: int  # an upper bound of the rounds of loops for a pixel's rays: see cut_short.glsl
@@ -107,6 +109,8 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
         if self.lists:
             textures |= {"items": (self.lists.camera.items,), "objects": (self.lists.camera.objects,)}
             textures |= {"lists": self.lists.entries, "ends": self.lists.ends}
+        if self.grids:
+            textures |= {"grids": (self.grids.headers,), "gridLeaves": (self.grids.leaves,)}
         return textures
 
     @property
@@ -152,6 +156,9 @@ def make_frame(
         materials=materials,
         lights=lights,
         lists=lists,
+        grids=update_grids(compiled.batches, view, compiled.shadowing_lights, previous.grids if previous else None)
+        if lists and compiled.batches.has_grids
+        else None,
         cells=_cells(compiled, view, surfaces, lights, lists, size, plane_only, previous),
         uniforms=_uniforms(compiled, view, lists, size),
         rounds=most_rounds(compiled, ray, to_light),
@@ -168,10 +175,9 @@ def make_frame(
 def _view(compiled: CompiledScene, size: tuple[int, int], previous: Frame | None) -> View:
     """Return the surfaces in view space, shared with `previous` if they are unchanged."""
     camera = compiled.scene.camera
-    if previous and previous.view.surfaces is compiled.surfaces and previous.view.camera == camera:
-        # An orthographic view depends on the shape of the picture.
-        if camera.projection == "perspective" or previous.size == size:
-            return previous.view
+    kept = previous.view if previous and (camera.projection == "perspective" or previous.size == size) else None
+    if kept and kept.surfaces is compiled.surfaces and kept.camera == camera:
+        return kept
     return make_view(compiled.surfaces, camera, size)
 
 
@@ -326,8 +332,7 @@ def _uniforms(
         "draw.firstPlane": compiled.surfaces.bounded,
         "draw.grid": lists.grid if lists else GRIDS[0],
         "draw.depthScale": 2.0 ** -math.frexp(farthest)[1],
-        # OpenGL reads the matrix by columns, so the rows of the rotation make its inverse, from view space to world
-        # space.
+        # OpenGL reads the matrix by columns, so the rows of the rotation make its inverse, from view to world space.
         "toWorld": tuple(view.rotation.astype(np.float32).ravel().tolist()),
         "advance": view.advance,
         "focus": math.dist(camera.position, camera.look_at),

@@ -77,14 +77,21 @@ def make_sight(view: View, planes: Sequence[int], occupied: Mask, size: tuple[in
         distance = np.sqrt(np.sum(places * places, axis=0))
         grounds.append(
             Ground(
-                plane, normal, depth, face.side, cell, places, distance, _cells_with_all_corners(face.ahead).ravel()[cell]
+                plane,
+                normal,
+                depth,
+                face.side,
+                cell,
+                places,
+                distance,
+                _cells_with_all_corners(face.ahead).ravel()[cell],
             )
         )
     return Sight(free, empty, grounds)
 
 
 class _Face(NamedTuple):
-    """The boundary of a half-space at the corners of the cells of a picture. Arrays are (rows + 1, columns + 1, ...)."""
+    """The boundary of a half-space at the corners of a picture's cells. Arrays are (rows + 1, columns + 1, ...)."""
 
     points: Array  # (..., 3), in view space, valid where `ahead`
     ahead: Mask  # whether the face is visible at the corner, and its point is known to within MARGIN

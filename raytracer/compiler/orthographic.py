@@ -45,10 +45,11 @@ def advance(surfaces: Surfaces, camera: Camera, size: tuple[int, int]) -> float:
     slopes = surfaces.normals @ forward
     depths = surfaces.offsets - surfaces.normals @ np.array(camera.position)
     tilt = np.abs(surfaces.normals @ right) * half[0] + np.abs(surfaces.normals @ up) * half[1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        low, high = (depths * np.sign(slopes) - tilt) / np.abs(slopes), (depths * np.sign(slopes) + tilt) / np.abs(slopes)
-        clear = low - _CLEAR * reach / np.abs(slopes)
-    first = min(first, float(clear[(slopes != 0.0) & (high > 0.0)].min(initial=np.inf)))
+    # The depth of the beginning of the middle ray before each face, which differs by up to `tilt` for other rays.
+    middle = depths * np.sign(slopes)
+    is_crossed = (slopes != 0.0) & (middle + tilt > 0.0)
+    clear = (middle - tilt - _CLEAR * reach)[is_crossed] / np.abs(slopes[is_crossed])
+    first = min(first, float(clear.min(initial=np.inf)))
     return max(first, 0.0) if math.isfinite(first) else 0.0
 
 

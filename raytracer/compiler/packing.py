@@ -99,8 +99,8 @@ def split_slopes(view: View, size: tuple[int, int], vectors: Array) -> tuple[Arr
     """Return the coarse and fine slopes (N, 3 each) of vectors (N, 3), for cameraSlope() in camera.glsl.
 
     A slope, dot(vector, direction), is a x + b y + c, with x and y in half pixels from the picture's centre. Each
-    coefficient is split into a multiple of `quantum` (coarse) and the rest (fine). Orthographic rays have no such slopes:
-    all are 0.
+    coefficient is split into a multiple of `quantum` (coarse) and the rest (fine). For orthographic rays both are 0,
+    because the shaders do not need them.
     """
     if view.camera.projection == "orthographic":
         return np.zeros_like(vectors), np.zeros_like(vectors)

@@ -12,6 +12,8 @@ SCENE_UNITS = {
     "objects": 7,
     "measured": 8,
     "bodies": 16,
+    "grids": 15,
+    "gridLeaves": 17,
 }
 # All samplers of the shaders. OpenGL 3.3 promises 48 units, and 16 samplers in each shader.
 UNITS = SCENE_UNITS | {
