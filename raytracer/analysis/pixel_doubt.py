@@ -19,6 +19,7 @@ from raytracer.analysis.face_bounds import Crossings, order_in_doubt
 from raytracer.analysis.rounding_bounds import FEW_ROUNDINGS, UNIT, Rays, RoundedView
 from raytracer.analysis.surface_bounds import ShadowEnds, SurfaceBounds
 from raytracer.compiler import view_space
+from raytracer.compiler.surfaces import make_surfaces
 from raytracer.ground_truth import ray_tracer
 from raytracer.ground_truth.microfacets import dot
 from raytracer.scene.lights import PointLight
@@ -47,6 +48,13 @@ def find_pixel_doubt(scene: Scene, size: tuple[int, int], precision: Precision =
 
 class _Analysis:
     def __init__(self, scene: Scene, size: tuple[int, int], precision: Precision) -> None:
+        # An orthographic camera may come nearer without a change of its picture, as in view space.
+        camera = scene.camera
+        self._advance = view_space.view_origin(make_surfaces(scene), camera, size)[1]
+        if self._advance:
+            ahead = self._advance * np.array(camera.axes()[2])
+            position, look_at = (tuple((place + ahead).tolist()) for place in (camera.position, camera.look_at))
+            scene = scene.replace(camera=camera.replace(position=position, look_at=look_at))
         self._scene, self._size = scene, size
         self._u = UNIT[precision]
         self._tracer = ray_tracer.Tracer(scene)
@@ -57,27 +65,32 @@ class _Analysis:
         self._materials = [leaf.material for leaf in self._tracer.leaves]
 
     def run(self) -> PixelDoubt:
-        world = ray_tracer.camera_rays(self._scene.camera, self._size).reshape(-1, 3)
+        camera = self._scene.camera
+        world = ray_tracer.camera_rays(camera, self._size).reshape(-1, 3)
+        origins = ray_tracer.camera_origins(camera, self._size).reshape(-1, 3)
         count = len(world)
-        none = np.zeros(count)
-        t, face = self._tracer.first(np.zeros(world.shape), world)
+        t, face = self._tracer.first(origins, world)
         hit = face >= 0
-        rays = Rays(np.zeros((count, 3)), world @ self._R.T, none, none, True)
+        moved = 4.0 * self._u * np.linalg.norm(origins, axis=1)
+        is_camera = camera.projection == "perspective"
+        rays = Rays(origins @ self._R.T, world @ self._R.T, moved, np.zeros(count), is_camera)
         all_crossings = self._surfaces.crossings(rays)
         depth = np.where(hit, _error_of_root(all_crossings, np.where(hit, t, 0.0)), 0.0)
         doubtful = order_in_doubt(all_crossings, np.where(hit, t + depth, np.inf))
-        normals = self._tracer.normals(np.where(hit, t, 0.0)[:, None] * world, face)
-        normal, point = self._normal_errors(rays, normals, face, t, depth)
+        P = origins + np.where(hit, t, 0.0)[:, None] * world
+        normal, point = self._normal_errors(rays, self._tracer.normals(P, face), face, t, depth)
         unlit = np.zeros(count, bool)
         ambient = [max(material.ka) * max(self._scene.ambient) for material in self._materials]
         radiance = FEW_ROUNDINGS * UNIT[32] * np.array([*ambient, max(self._scene.background)])[self._tracer.leaf[face]]
         sure = np.flatnonzero(hit & ~doubtful)
         for light in self._scene.lights:
-            doubt, error = self._light_errors(light, world[sure], t[sure], face[sure], normal[sure], point[sure])
+            doubt, error = self._light_errors(light, P[sure], world[sure], face[sure], normal[sure], point[sure])
             unlit[sure] |= doubt
             radiance[sure] += error
-        # Pictures store float32, and normals are rotated to world space in float32.
-        depth = depth + UNIT[32] * np.where(hit, t, 0.0)
+        # Pictures store float32, and normals are rotated to world space in float32. If the camera has come nearer, its
+        # distance is added to a depth that is float32 already.
+        stored = t + (t + self._advance if self._advance else 0.0)
+        depth = depth + UNIT[32] * np.where(hit, stored, 0.0)
         normal = normal + FEW_ROUNDINGS * UNIT[32] * hit
         shape = self._size[::-1]
         return PixelDoubt(
@@ -96,11 +109,11 @@ class _Analysis:
         surface = self._tracer.surface[face]
         for k in np.unique(surface[face >= 0]):
             on = surface == k
-            some = Rays(rays.ro[on], rays.rd[on], rays.ro_error[on], rays.rd_error[on], True)
+            some = Rays(rays.ro[on], rays.rd[on], rays.ro_error[on], rays.rd_error[on], rays.camera)
             normal[on] = self._surfaces.normal_errors(int(k), some, t[on], enters[on])
         for k, leaf in enumerate(self._tracer.leaves):
             on = self._tracer.leaf[face] == k
-            point[on] = depth[on] + 4.0 * u * t[on]
+            point[on] = depth[on] + rays.ro_error[on] + 4.0 * u * t[on]
             if isinstance(leaf, Sphere):
                 c = self._R @ np.subtract(leaf.center, self._eye)
                 by_center = u * np.linalg.norm(c) + leaf.radius * (normal[on] + 2.0 * u) + 2.0 * u * t[on]
@@ -108,12 +121,12 @@ class _Analysis:
         return normal, point
 
     def _light_errors(
-        self, light: PointLight, world: Array, t: Array, face: Any, normal: Array, point: Array
+        self, light: PointLight, hits: Array, world: Array, face: Any, normal: Array, point: Array
     ) -> tuple[Mask, Array]:
         """Return where it is in doubt whether a light reaches the hit points, and the bound of its light's |error|."""
         u = self._u
-        P = t[:, None] * (world @ self._R.T)
-        n = self._tracer.normals(t[:, None] * world, face) @ self._R.T
+        P = hits @ self._R.T
+        n = self._tracer.normals(hits, face) @ self._R.T
         surface = self._tracer.surface[face]
         place = self._R @ np.subtract(light.position, self._eye)
         to_light = place - P
@@ -123,7 +136,7 @@ class _Analysis:
             L = to_light / distance[:, None]
             L_error = moved / np.maximum(distance - moved, 0.0) + 4.0 * u
         lit = self._surfaces.surface_at_light(light)
-        grazes = np.zeros(len(t), bool)
+        grazes = np.zeros(len(P), bool)
         if lit is not None and self._surfaces.is_flat(lit):
             grazes = surface == lit
         doubt = ~np.isfinite(L_error) | (~(np.abs(dot(n, L)) > normal + L_error + 4.0 * u) & ~grazes)

@@ -223,8 +223,12 @@ class SurfaceBounds:
             sphere = self._spheres[k]
             c = self._view.R @ np.subtract(sphere.center, self._view.eye)
             # The normal is the sum of two legs, from the centre to the chord's middle, and along half the chord.
-            half = np.abs(t - rays.rd @ c)
-            legs = moment_error(c, rays.rd, u) + sphere_roots(self._view, sphere, rays).half + FEW_ROUNDINGS * u * half
+            to_center = c - rays.ro
+            half = np.abs(t - dot(to_center, rays.rd))
+            legs = moment_error(to_center, rays.rd, u) + sphere_roots(self._view, sphere, rays).half
+            legs += FEW_ROUNDINGS * u * half + rays.ro_error
+            if not rays.camera:
+                legs += u * np.linalg.norm(c)
             return legs / sphere.radius + FEW_ROUNDINGS * u
         wall = self._walls[k]
         along = self._along(wall, rays)
