@@ -150,11 +150,13 @@ def _make_grid(batch: ProgramBatch, surface: Ints, surfaces: Surfaces, growth: f
 
 
 def _frame(surfaces: Surfaces, index: int) -> Array:
-    """Return the axes (3, 3) of a grid as rows: for a body, the axes of its map made orthogonal."""
+    """Return the axes (3, 3) of a grid as rows: the normals of a body's slabs, made orthogonal."""
     if index < surfaces.spheres:
         return np.eye(3)
-    matrix = np.array(surfaces.bodies.leaves[index - surfaces.spheres].matrix).reshape(3, 4)
-    axes, _ = np.linalg.qr(matrix[:, :3])
+    body, bodies = index - surfaces.spheres, surfaces.bodies
+    own = bodies.normals[bodies.starts[body] : bodies.starts[body + 1]]
+    axes, _ = np.linalg.qr(np.concatenate([own, np.eye(3)]).T)
+    # Axes that are nearly those of the world are, so that grids of solids without a rotation have no rounding.
     return np.where(np.abs(axes.T) < 2.0**-50, 0.0, axes.T)
 
 

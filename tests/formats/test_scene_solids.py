@@ -470,6 +470,9 @@ def test_two_thousand_mutated_files_with_transforms_and_parts_are_read_or_refuse
     rng = random.Random(3)
     pieces = ["[", "]", "{", "}", "=", '"', "-", "1e999", "1e-200", "nan", "0", "-1", "a", "p", "~", "|", ",", "\n"]
     text = HEAD + SHAPES + LINES.replace('"a"', '"a - box | ball"')
+    text += (
+        "[instances.o]\npositions = [[0, 1, 2], [3, 4, 5]]\nscales = 2\nrotations = [[1, 0, 0, 0], [0.5, 1, 2, -3]]\n"
+    )
     start = text.index("[shapes.box]")
     count = 0
     for _ in range(2000):

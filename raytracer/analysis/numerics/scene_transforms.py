@@ -40,7 +40,7 @@ def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset
         for light in scene.lights
     ]
     objects = [
-        Instances(o.solid, [point(p) for p in o.positions.tolist()], o.scales * scale)
+        o.replace(positions=[point(p) for p in o.positions.tolist()], scales=o.scales * scale)
         if isinstance(o, Instances)
         else with_leaves(o, changed)
         for o in scene.objects

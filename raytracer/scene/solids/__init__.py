@@ -10,6 +10,7 @@ Other packages may use:
     polyhedron: MAX_POINTS
     tree: list_distinct
     affine: Map
+    affine_arrays: compose, apply, cofactors, determinants, map_slabs, map_planes, unit_slabs
     bounds: Bounds
     limits: MAX_LEAVES, MAX_NODES, MAX_SURFACES, ROUNDING
 """
