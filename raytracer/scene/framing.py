@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from raytracer.core.validation import Vec3
 from raytracer.scene.instances import Instances
-from raytracer.scene.solids.affine import IDENTITY
+from raytracer.scene.solids.affine import similarity
 from raytracer.scene.solids.body import Placed
 from raytracer.scene.solids.bounds import Bounds
 from raytracer.scene.solids.solid import Complement, Difference, Intersection, Primitive, Solid, postfix
@@ -71,7 +71,8 @@ def _part(item: Solid | Instances) -> _Part | None:
         return _Part(box, solid)
     middle = _middle(box)
     radii = min(_reach(solid, middle), _corner(box, middle)) * item.scales
-    centers = item.scales[:, None] * middle + item.positions
+    maps = item.maps()
+    centers = (maps[:, :, :3] * middle).sum(axis=2) + maps[:, :, 3]
     low, high = (centers - radii[:, None]).min(axis=0).tolist(), (centers + radii[:, None]).max(axis=0).tolist()
     return _Part(Bounds((low[0], low[1], low[2]), (high[0], high[1], high[2])), _Copies(centers, radii))
 
@@ -113,7 +114,8 @@ def _primitive_reach(leaf: Primitive, center: Vec3) -> float:
         return math.inf
     corners = leaf.corners()
     by_corners = max(math.dist(corner, center) for corner in corners)
-    if leaf.matrix is not IDENTITY:
+    scale = similarity(leaf.matrix)
+    if scale is None:
         return by_corners
     x, y, z = (sum(coordinates) / len(corners) for coordinates in zip(*corners, strict=True))
-    return min(by_corners, math.dist((x, y, z), center) + leaf.shape.reach())
+    return min(by_corners, math.dist((x, y, z), center) + scale * leaf.shape.reach())

@@ -45,6 +45,8 @@ def test_the_ball_around_objects_holds_them_and_is_that_of_the_largest_where_it_
         ([rt.Sphere((-2, 0, 0), 1), rt.Sphere((4, 0, 0), 1)], (1, 0, 0), 4.0),
         ([rt.Ellipsoid((0, 0, 0), (2, 1, 1))], (0, 0, 0), 2.0),
         ([rt.Instances(rt.Sphere((1, 0, 0), 1), [(0, 0, 0), (3, 0, 0)], [1, 2])], (3.5, 0, 0), 3.5),
+        ([rt.Instances(rt.Sphere((1, 0, 0), 1), [(0, 2, 0)], 2, [(1, 0, 0, 1)])], (0, 4, 0), 2.0),
+        ([rt.Ellipsoid((0, 0, 0), (2, 1, 1)).rotate((1, 2, 3), 40).scale(3)], (0, 0, 0), 6.0),
         ([rt.Sphere((0, 0, 0), 1) & rt.Sphere((9, 0, 0), 1), BALL], BALL.center, 2.0),
     ]
     for objects, center, radius in cases:
