@@ -51,7 +51,9 @@ class _Analysis:
         # An orthographic camera may come nearer without a change of its picture, as in view space.
         camera = scene.camera
         self._advance = view_space.view_origin(make_surfaces(scene), camera, size)[1]
+        self._shift = 0.0  # the bound of the |error| of the place where the rays begin, which the host rounds
         if self._advance:
+            self._shift = FEW_ROUNDINGS * UNIT[64] * (float(np.linalg.norm(camera.position)) + self._advance)
             ahead = self._advance * np.array(camera.axes()[2])
             position, look_at = (tuple((place + ahead).tolist()) for place in (camera.position, camera.look_at))
             scene = scene.replace(camera=camera.replace(position=position, look_at=look_at))
@@ -71,7 +73,7 @@ class _Analysis:
         count = len(world)
         t, face = self._tracer.first(origins, world)
         hit = face >= 0
-        moved = 4.0 * self._u * np.linalg.norm(origins, axis=1)
+        moved = 4.0 * self._u * np.linalg.norm(origins, axis=1) + self._shift
         is_camera = camera.projection == "perspective"
         rays = Rays(origins @ self._R.T, world @ self._R.T, moved, np.zeros(count), is_camera)
         all_crossings = self._surfaces.crossings(rays)
