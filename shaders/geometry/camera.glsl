@@ -5,7 +5,8 @@
 //     ((2 (x + sx) / W - 1) tan(fov/2) W/H, (1 - 2 (y + sy) / H) tan(fov/2), -1).
 // If the host defines ORTHOGRAPHIC, the direction is (0, 0, -1). The x and y above are those of the ray's origin, with
 // half the picture's height instead of tan(fov/2), and its z is 0. Then the ray is like any other ray: the error of its
-// origin X is 3 u |X|, with u as in sphere.glsl. The direction is exact, so a slope has only the error of its vector's z.
+// origin X is 3 u |X|, with u as in sphere.glsl. The direction is exact, so a slope has only the error of its vector's
+// z.
 //
 // All pixels share one sequence of sample points, but each pixel flips its own set of binary digits of their
 // coordinates (Kollig and Keller 2002, "Efficient multidimensional sampling", random digits). The points stay as evenly

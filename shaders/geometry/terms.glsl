@@ -1,7 +1,7 @@
 // The roots of a ray with the scene's surfaces; for camera rays the host computes the terms that would cancel.
 // Provides sphereTerms(), planeSlope(), sphereRoots(), planeRoots(), sameAs(), all in view space. Roots are distances
-// along the ray. Because all camera rays in perspective start at one point, the host can compute their terms in float64, once for each
-// surface.
+// along the ray. Because all camera rays in perspective start at one point, the host can compute their terms in
+// float64, once for each surface.
 // Needs sphere.glsl if there are spheres, and plane.glsl if there are planes.
 
 #include "geometry/surfaces.glsl"

@@ -33,7 +33,7 @@ EVERYTHING = [
     rt.Cone((0, 0, 2), (0, 1, 2), 0.6, 0.2, GREEN),
     rt.Torus((-1.2, 0.3, 1.8), (0, 1, 0), 0.5, 0.2, RED),
     rt.Ellipsoid((1.6, 0.5, 2), (0.7, 0.5, 0.4), BLUE),
-    rt.Polyhedron([(2.5, 0, 1.8), (3.5, 0, 1.8), (3, 0, 2.6), (3, 1, 2.1)], RED),
+    rt.Polyhedron(((2.5, 0, 1.8), (3.5, 0, 1.8), (3, 0, 2.6), (3, 1, 2.1)), RED),
     FLOOR,
 ]
 
@@ -76,6 +76,7 @@ def test_the_distance_of_the_camera_does_not_matter(renderer: Renderer) -> None:
     near, far = (renderer.render(looking(*solids, eye=(0, 0, z), height=5), SIZE, Settings()) for z in (4.0, 2.0**20))
     for name in ("radiance", "normal", "material"):
         np.testing.assert_array_equal(getattr(near, name), getattr(far, name))
+    assert near.depth is not None and far.depth is not None
     hit = np.isfinite(near.depth)
     np.testing.assert_allclose(far.depth[hit], near.depth[hit] + (2.0**20 - 4.0), rtol=2.0**-23)
 
@@ -96,6 +97,7 @@ def test_all_solids_and_their_shadows_agree_with_the_ground_truth(
     image, truth = renderer.render(scene, SIZE, settings), ray_tracer.trace(scene, SIZE, settings)
     np.testing.assert_array_equal(image.material, truth.material)
     np.testing.assert_allclose(image.radiance, truth.radiance, atol=1e-5)
+    assert image.depth is not None and truth.depth is not None
     np.testing.assert_allclose(image.depth, truth.depth, rtol=1e-6)
 
 
