@@ -66,22 +66,28 @@ def source(scene: rt.Scene, size: tuple[int, int], settings: rt.Settings) -> str
     """
     if settings.shadows not in ("off", "hard") or any(light.falloff != "none" for light in scene.lights):
         raise UnavailableError("POV-Ray has no diluted shadows, no sphere lights and no inverse-square falloff")
-    camera = scene.camera
-    tangent = math.tan(math.radians(camera.vertical_fov) / 2.0) * size[0] / size[1]
     names = {material: f"T{i}" for i, material in enumerate(scene.materials)}
     shadowless = "" if settings.shadows == "hard" else " shadowless"
     lines = [
         "#version 3.7;",
         f"global_settings {{ assumed_gamma 1 ambient_light rgb {vector(scene.ambient)} max_trace_level 1 }}",
         f"background {{ rgb {vector(scene.background)} }}",
-        # The order matters: `angle` and `look_at` change the parameters before them.
-        f"camera {{ location {point(camera.position)} sky {point(camera.up)} up y right x*{size[0]}/{size[1]} "
-        f"angle {math.degrees(2.0 * math.atan(tangent)):.17g} look_at {point(camera.look_at)} }}",
+        _camera(scene.camera, size),
         *(f"light_source {{ {point(l.position)} rgb {vector(l.color)}{shadowless} }}" for l in scene.lights),
         *(f"#declare {name} = {_texture(settings.shaded(material))}" for material, name in names.items()),
         *(_solid(solid, names) for solid in scene.solids()),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _camera(camera: rt.Camera, size: tuple[int, int]) -> str:
+    aspect, place = f"{size[0]}/{size[1]}", f"location {point(camera.position)} sky {point(camera.up)}"
+    # The order matters: `angle` and `look_at` change the parameters before them.
+    end = f"look_at {point(camera.look_at)} }}"
+    if camera.height is not None:
+        return f"camera {{ orthographic {place} up y*{camera.height:.17g} right x*{camera.height:.17g}*{aspect} {end}"
+    tangent = math.tan(math.radians(camera.vertical_fov) / 2.0) * size[0] / size[1]
+    return f"camera {{ {place} up y right x*{aspect} angle {math.degrees(2.0 * math.atan(tangent)):.17g} {end}"
 
 
 def _texture(material: rt.Material) -> str:

@@ -1,8 +1,8 @@
 """Rounding error bounds of a picture, for each pixel: the largest difference from the exact picture.
 
-Evaluates the error bounds in `shaders/geometry/sphere.glsl` and `plane.glsl` along the rays of a picture. A pixel is
-doubtful if the bounds allow two answers: a ray may hit or miss a sphere, two roots may come in the other order, a
-camera or a light may be on the other side of a surface. In all other pixels, the visible surface and the lights that
+Evaluates the error bounds in `shaders/geometry/` along the rays of a picture. A pixel is doubtful if the bounds allow
+two answers: a ray may hit or miss a sphere or a wall, two roots may come in the other order, a camera or a light may be
+on the other side of a surface. In all other pixels, the visible surface and the lights that
 reach it must be exactly right, and depth and normal within their bounds. The method is first-order forward error
 analysis (Higham, "Accuracy and Stability of Numerical Algorithms", 2002), in view space. It counts one rounding for
 each exact number of the scene, and one for each operation.
@@ -15,18 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.analysis.rounding_bounds import (
-    FEW_ROUNDINGS,
-    UNIT,
-    Rays,
-    Roots,
-    RoundedView,
-    interval,
-    moment_error,
-    order_in_doubt,
-    root_errors,
-)
+from raytracer.analysis.face_bounds import Crossings, order_in_doubt
+from raytracer.analysis.rounding_bounds import FEW_ROUNDINGS, UNIT, Rays, RoundedView
+from raytracer.analysis.surface_bounds import ShadowEnds, SurfaceBounds
 from raytracer.compiler import view_space
+from raytracer.compiler.surfaces import make_surfaces
 from raytracer.ground_truth import ray_tracer
 from raytracer.ground_truth.microfacets import dot
 from raytracer.scene.lights import PointLight
@@ -55,39 +48,51 @@ def find_pixel_doubt(scene: Scene, size: tuple[int, int], precision: Precision =
 
 class _Analysis:
     def __init__(self, scene: Scene, size: tuple[int, int], precision: Precision) -> None:
+        # An orthographic camera may come nearer without a change of its picture, as in view space.
+        camera = scene.camera
+        self._advance = view_space.view_origin(make_surfaces(scene), camera, size)[1]
+        self._shift = 0.0  # the bound of the |error| of the place where the rays begin, which the host rounds
+        if self._advance:
+            self._shift = FEW_ROUNDINGS * UNIT[64] * (float(np.linalg.norm(camera.position)) + self._advance)
+            ahead = self._advance * np.array(camera.axes()[2])
+            position, look_at = (tuple((place + ahead).tolist()) for place in (camera.position, camera.look_at))
+            scene = scene.replace(camera=camera.replace(position=position, look_at=look_at))
         self._scene, self._size = scene, size
         self._u = UNIT[precision]
         self._tracer = ray_tracer.Tracer(scene)
         self._R = view_space.rotation(scene.camera)
         self._eye = np.array(scene.camera.position)
-        self._leaves = self._tracer.leaves
-        self._view = RoundedView(self._R, scene.camera.position, sum(size), self._u)
+        view = RoundedView(self._R, scene.camera.position, sum(size), self._u)
+        self._surfaces = SurfaceBounds(self._tracer, view)
+        self._materials = [leaf.material for leaf in self._tracer.leaves]
 
     def run(self) -> PixelDoubt:
-        world = ray_tracer.camera_rays(self._scene.camera, self._size).reshape(-1, 3)
+        camera = self._scene.camera
+        world = ray_tracer.camera_rays(camera, self._size).reshape(-1, 3)
+        origins = ray_tracer.camera_origins(camera, self._size).reshape(-1, 3)
         count = len(world)
-        none = np.zeros(count)
-        t, surface = self._tracer.first(np.zeros(world.shape), world)
-        hit = surface >= 0
-        rays = Rays(np.zeros((count, 3)), world @ self._R.T, none, none, True)
-        roots = {k: self._roots(k, rays) for k in self._distinct_surfaces()}
-        depth = np.zeros(count)
-        for k in range(len(self._leaves)):
-            leaf_roots = roots[self._first_coincident(k)]
-            nearer = np.argmin(np.abs(leaf_roots.t - np.where(hit, t, 0.0)), axis=0)
-            depth = np.where(surface == k, leaf_roots.error[nearer, np.arange(count)], depth)
-        doubtful = order_in_doubt(list(roots.values()), np.where(hit, t + depth, np.inf))
-        normal, point = self._normal_errors(rays, roots, surface, t, depth)
+        t, face = self._tracer.first(origins, world)
+        hit = face >= 0
+        moved = 4.0 * self._u * np.linalg.norm(origins, axis=1) + self._shift
+        is_camera = camera.projection == "perspective"
+        rays = Rays(origins @ self._R.T, world @ self._R.T, moved, np.zeros(count), is_camera)
+        all_crossings = self._surfaces.crossings(rays)
+        depth = np.where(hit, _error_of_root(all_crossings, np.where(hit, t, 0.0)), 0.0)
+        doubtful = order_in_doubt(all_crossings, np.where(hit, t + depth, np.inf))
+        P = origins + np.where(hit, t, 0.0)[:, None] * world
+        normal, point = self._normal_errors(rays, self._tracer.normals(P, face), face, t, depth)
         unlit = np.zeros(count, bool)
-        ambient = [max(leaf.material.ka) * max(self._scene.ambient) for leaf in self._leaves]
-        radiance = FEW_ROUNDINGS * UNIT[32] * np.array([*ambient, max(self._scene.background)])[surface]
+        ambient = [max(material.ka) * max(self._scene.ambient) for material in self._materials]
+        radiance = FEW_ROUNDINGS * UNIT[32] * np.array([*ambient, max(self._scene.background)])[self._tracer.leaf[face]]
         sure = np.flatnonzero(hit & ~doubtful)
         for light in self._scene.lights:
-            doubt, error = self._light_errors(light, world[sure], t[sure], surface[sure], normal[sure], point[sure])
+            doubt, error = self._light_errors(light, P[sure], world[sure], face[sure], normal[sure], point[sure])
             unlit[sure] |= doubt
             radiance[sure] += error
-        # Pictures store float32, and normals are rotated to world space in float32.
-        depth = depth + UNIT[32] * np.where(hit, t, 0.0)
+        # Pictures store float32, and normals are rotated to world space in float32. If the camera has come nearer, its
+        # distance is added to a depth that is float32 already.
+        stored = t + (t + self._advance if self._advance else 0.0)
+        depth = depth + UNIT[32] * np.where(hit, stored, 0.0)
         normal = normal + FEW_ROUNDINGS * UNIT[32] * hit
         shape = self._size[::-1]
         return PixelDoubt(
@@ -98,47 +103,33 @@ class _Analysis:
             radiance.reshape(shape),
         )
 
-    def _first_coincident(self, k: int) -> int:
-        """Return the first leaf whose surface coincides with leaf k's: their roots are identical numbers."""
-        return int(np.argmax(self._tracer.surface == self._tracer.surface[k]))
-
-    def _distinct_surfaces(self) -> list[int]:
-        return sorted({self._first_coincident(k) for k in range(len(self._leaves))})
-
-    def _roots(self, k: int, rays: Rays) -> Roots:
-        return root_errors(self._view, self._leaves[k], rays)
-
-    def _normal_errors(
-        self, rays: Rays, roots: dict[int, Roots], surface: Any, t: Array, depth: Array
-    ) -> tuple[Array, Array]:
+    def _normal_errors(self, rays: Rays, normals: Array, face: Any, t: Array, depth: Array) -> tuple[Array, Array]:
         """Return the bounds of |error| of the normals at the hit points, and of the hit points (R,)."""
         u = self._u
         normal, point = np.zeros(len(t)), np.zeros(len(t))
-        for k, leaf in enumerate(self._leaves):
+        enters = dot(normals, rays.rd @ self._R) < 0.0
+        surface = self._tracer.surface[face]
+        for k in np.unique(surface[face >= 0]):
             on = surface == k
-            if not on.any():
-                continue
-            by_depth = depth[on] + 4.0 * u * t[on]
-            if not isinstance(leaf, Sphere):
-                normal[on], point[on] = 2.0 * u, by_depth
-                continue
-            c = self._R @ np.subtract(leaf.center, self._eye)
-            rd = rays.rd[on]
-            # The normal is the sum of two legs, from the centre to the chord's middle, and along half the chord.
-            half = np.abs(t[on] - rd @ c)
-            legs = moment_error(c, rd, u) + roots[self._first_coincident(k)].half[on] + FEW_ROUNDINGS * u * half
-            normal[on] = legs / leaf.radius + FEW_ROUNDINGS * u
-            by_center = u * np.linalg.norm(c) + leaf.radius * (normal[on] + 2.0 * u) + 2.0 * u * t[on]
-            point[on] = np.where(leaf.radius < t[on], by_center, by_depth)
+            some = Rays(rays.ro[on], rays.rd[on], rays.ro_error[on], rays.rd_error[on], rays.camera)
+            normal[on] = self._surfaces.normal_errors(int(k), some, t[on], enters[on])
+        for k, leaf in enumerate(self._tracer.leaves):
+            on = self._tracer.leaf[face] == k
+            point[on] = depth[on] + rays.ro_error[on] + 4.0 * u * t[on]
+            if isinstance(leaf, Sphere):
+                c = self._R @ np.subtract(leaf.center, self._eye)
+                by_center = u * np.linalg.norm(c) + leaf.radius * (normal[on] + 2.0 * u) + 2.0 * u * t[on]
+                point[on] = np.where(leaf.radius < t[on], by_center, point[on])
         return normal, point
 
     def _light_errors(
-        self, light: PointLight, world: Array, t: Array, surface: Any, normal: Array, point: Array
+        self, light: PointLight, hits: Array, world: Array, face: Any, normal: Array, point: Array
     ) -> tuple[Mask, Array]:
         """Return where it is in doubt whether a light reaches the hit points, and the bound of its light's |error|."""
         u = self._u
-        P = t[:, None] * (world @ self._R.T)
-        n = self._tracer.normals(t[:, None] * world, surface) @ self._R.T
+        P = hits @ self._R.T
+        n = self._tracer.normals(hits, face) @ self._R.T
+        surface = self._tracer.surface[face]
         place = self._R @ np.subtract(light.position, self._eye)
         to_light = place - P
         distance = np.linalg.norm(to_light, axis=1)
@@ -146,27 +137,24 @@ class _Analysis:
         with np.errstate(divide="ignore", invalid="ignore"):
             L = to_light / distance[:, None]
             L_error = moved / np.maximum(distance - moved, 0.0) + 4.0 * u
-        on = self._leaf_at_light(light)
-        grazes = np.zeros(len(t), bool)
-        if on is not None and not isinstance(self._leaves[on], Sphere):
-            grazes = self._tracer.surface[surface] == self._tracer.surface[on]
+        lit = self._surfaces.surface_at_light(light)
+        grazes = np.zeros(len(P), bool)
+        if lit is not None and self._surfaces.is_flat(lit):
+            grazes = surface == lit
         doubt = ~np.isfinite(L_error) | (~(np.abs(dot(n, L)) > normal + L_error + 4.0 * u) & ~grazes)
         rays = Rays(P, np.nan_to_num(L), point, np.nan_to_num(L_error, posinf=1.0), False)
-        all_roots = [
-            self._light_ray_roots(k, rays, surface, n, normal, light, distance, k == on)
-            for k in self._distinct_surfaces()
-        ]
+        known = ShadowEnds(surface, n, normal, light, lit, distance)
+        all_crossings = self._surfaces.crossings(rays, known)
         end = distance - moved - 2.0 * u * distance, distance + moved + 2.0 * u * distance
-        doubt |= order_in_doubt(all_roots, end[1])
-        for roots in all_roots:
-            low, high = interval(roots)
-            doubt |= np.any((high >= end[0]) & (low <= end[1]), axis=0)
+        doubt |= order_in_doubt(all_crossings, end[1])
+        for crossings in all_crossings:
+            doubt |= np.any((crossings.high >= end[0]) & (crossings.low <= end[1]), axis=0)
         # The lecture's models: a cosine has the error of its vectors. The error of a lobe is at most sqrt(h) times as
         # large, for h >= 1. The error of Blinn's H is larger by 1 / |(L + V) / 2|.
         vectors = normal + L_error + FEW_ROUNDINGS * UNIT[32]
-        materials = [leaf.material for leaf in self._leaves]
+        leaf = self._tracer.leaf[face]
         kd, ks, h = (
-            np.array([value(m) for m in materials])[surface]
+            np.array([value(m) for m in self._materials])[leaf]
             for value in (
                 lambda m: max(m.get("kd", (np.inf,))),
                 lambda m: max(m.get("ks", (0.0,))),
@@ -174,40 +162,20 @@ class _Analysis:
             )
         )
         halfway = np.maximum(np.linalg.norm(L - world @ self._R.T, axis=1) / 2.0, np.finfo(float).tiny)
-        blinn = np.array([m.model == "blinn" for m in materials])[surface]
+        blinn = np.array([m.model == "blinn" for m in self._materials])[leaf]
         steep = np.where(h == 0.0, 0.0, np.where(h < 1.0, np.inf, np.sqrt(h))) * np.where(blinn, 1.0 / halfway, 2.0)
         with np.errstate(invalid="ignore"):
             lobe = np.where(ks > 0.0, ks * (steep * vectors + 4.0 * FEW_ROUNDINGS * UNIT[32]), 0.0)
         return doubt & ~grazes, max(light.color) * (kd * vectors + lobe)
 
-    def _light_ray_roots(
-        self, k: int, rays: Rays, surface: Any, n: Array, normal: Array, light: PointLight, distance: Array, lit: bool
-    ) -> Roots:
-        """Return the roots of leaf k for rays that leave `surface` towards a light.
 
-        Two roots are exact, and so in no doubt: 0 at the start of a ray, if `surface` coincides with the leaf, and the
-        distance of the light, if the light lies on the leaf (`lit`).
-        """
-        leaf = self._leaves[k]
-        roots = self._roots(k, rays)
-        starts = self._tracer.surface[surface] == self._tracer.surface[k]
-        ends = np.full(len(starts), lit)
-        t = np.full((2, len(starts)), np.inf)
-        error = t.copy()
-        if isinstance(leaf, Sphere):
-            at_light = np.subtract(light.position, leaf.center) @ self._R.T / leaf.radius
-            outward = np.where(starts[:, None], n, at_light)
-            chord = -2.0 * leaf.radius * dot(outward, rays.rd)
-            other = np.where(starts, chord, distance + chord)
-            t[0] = np.where((other > 0.0) & ~(starts & ends), other, np.inf)
-            inexact = normal + rays.rd_error + FEW_ROUNDINGS * self._u
-            error[0] = 2.0 * leaf.radius * inexact + np.where(starts, 0.0, FEW_ROUNDINGS * self._u * distance)
-        known = starts | ends
-        return roots._replace(
-            t=np.where(known, t, roots.t), error=np.where(known, error, roots.error), tangent=roots.tangent & ~known
-        )
-
-    def _leaf_at_light(self, light: PointLight) -> int | None:
-        """Return the number in _distinct_surfaces() of the first leaf on which the light lies, spheres first."""
-        order = sorted(range(len(self._leaves)), key=lambda k: not isinstance(self._leaves[k], Sphere))
-        return next((self._first_coincident(k) for k in order if self._leaves[k].touches(light.position)), None)
+def _error_of_root(surfaces: list[Crossings], t: Array) -> Array:
+    """Return the bound of the |error| of the roots at t (R,): the largest of the crossings that hold it."""
+    result = np.zeros(len(t))
+    for crossings in surfaces:
+        with np.errstate(invalid="ignore"):
+            off = np.where(
+                (crossings.low <= t) & (t <= crossings.high), np.maximum(t - crossings.low, crossings.high - t), 0.0
+            )
+        result = np.maximum(result, off.max(axis=0))
+    return result

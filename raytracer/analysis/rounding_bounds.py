@@ -1,7 +1,4 @@
-"""Rounding error bounds of the roots of rays and primitives.
-
-They are the bounds in `shaders/geometry/sphere.glsl` and `plane.glsl`, for rays in view space.
-"""
+"""Rounding error bounds of rays, and of their roots with spheres, those in `shaders/geometry/sphere.glsl`."""
 
 from __future__ import annotations
 
@@ -12,8 +9,6 @@ from numpy.typing import NDArray
 
 from raytracer.core.validation import Vec3
 from raytracer.ground_truth.microfacets import dot
-from raytracer.scene.solids.plane import Plane
-from raytracer.scene.solids.solid import Primitive
 from raytracer.scene.solids.sphere import Sphere
 
 Array = NDArray[np.float64]
@@ -60,15 +55,8 @@ class Rays(NamedTuple):
     camera: bool
 
 
-def root_errors(view: RoundedView, leaf: Primitive, rays: Rays) -> Roots:
-    """Compute the roots of a sphere or a half-space and their error bounds."""
-    if isinstance(leaf, Sphere):
-        return _sphere_roots(view, leaf, rays)
-    assert isinstance(leaf, Plane)
-    return _plane_roots(view, leaf, rays)
-
-
-def _sphere_roots(view: RoundedView, sphere: Sphere, rays: Rays) -> Roots:
+def sphere_roots(view: RoundedView, sphere: Sphere, rays: Rays) -> Roots:
+    """Compute the roots of a sphere and their error bounds."""
     u, r = view.u, sphere.radius
     c = view.R @ np.subtract(sphere.center, view.eye)
     to_center = c - rays.ro
@@ -115,32 +103,6 @@ def _sphere_roots(view: RoundedView, sphere: Sphere, rays: Rays) -> Roots:
     return Roots(t, np.nan_to_num(errors, nan=np.inf), np.abs(square) <= error, along, most + along_error, half_error)
 
 
-def _plane_roots(view: RoundedView, plane: Plane, rays: Rays) -> Roots:
-    u = view.u
-    n = view.R @ np.array(plane.unit()[0])
-    offset = plane.depth(view.eye)
-    offset_error = u * abs(offset)
-    slope = rays.rd @ n
-    depth = offset - rays.ro @ n
-    if rays.camera:
-        depth_error: Any = offset_error
-        slope_error = FEW_ROUNDINGS * u * np.abs(slope) + view.linear(1.0)
-    else:
-        depth_error = offset_error + rays.ro_error + 4.0 * u * np.linalg.norm(rays.ro, axis=1) + u * np.abs(depth)
-        slope_error = rays.rd_error + 4.0 * u
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = depth / slope
-        error = (depth_error + np.abs(t) * slope_error) / np.maximum(np.abs(slope) - slope_error, 0.0)
-        error += 2.0 * u * np.abs(t)
-    parallel = np.abs(slope) <= slope_error
-    t = np.where(parallel | ~np.isfinite(t), np.inf, t)
-    # If the sign of the slope is in doubt, the root may be anywhere far out on either side.
-    far = np.abs(depth) / np.maximum(2.0 * slope_error, np.finfo(float).tiny)
-    doubt = parallel & ((np.abs(depth) <= depth_error) | (far < 1e30))
-    none, zero = np.full(len(t), np.inf), np.zeros(len(t))
-    return Roots(np.array([t, none]), np.nan_to_num([error, none], nan=np.inf), doubt, far, zero, zero)
-
-
 def moment_error(c: Array, rd: Array, unit: float) -> Array:
     """Return the bound of |error| of the length of cross(c, rd) (R,), by the errors of all products.
 
@@ -149,28 +111,3 @@ def moment_error(c: Array, rd: Array, unit: float) -> Array:
     a, b = np.abs(np.broadcast_to(c, rd.shape)), np.abs(rd)
     products = np.roll(a, -1, axis=1) * np.roll(b, -2, axis=1) + np.roll(a, -2, axis=1) * np.roll(b, -1, axis=1)
     return FEW_ROUNDINGS * unit * (np.linalg.norm(products, axis=1) + np.linalg.norm(np.cross(c, rd), axis=1))
-
-
-def interval(roots: Roots) -> tuple[Array, Array]:
-    """Return the ends of the intervals that contain the roots, (2, R) each; inf: no root."""
-    known = np.isfinite(roots.t)
-    t = np.where(known, roots.t, 0.0)
-    return np.where(known, t - roots.error, np.inf), np.where(known, t + roots.error, np.inf)
-
-
-def order_in_doubt(leaves: list[Roots], end: Array) -> Mask:
-    """Return for each ray whether rounding may change the order or number of its roots between 0 and `end` (R,)."""
-    doubt = np.zeros(len(end), bool)
-    for roots in leaves:
-        ahead = (roots.middle + roots.reach >= 0.0) & (roots.middle - roots.reach <= end)
-        doubt |= roots.tangent & ahead
-    low, high = (np.concatenate(ends) for ends in zip(*map(interval, leaves), strict=True))
-    # A root of exactly 0, for a camera on a surface, is in no doubt.
-    doubt |= np.any((low <= 0.0) & (high >= 0.0) & (low < high), axis=0)
-    # In the order of their lower ends, an interval overlaps an earlier one if it begins before the largest upper end so
-    # far.
-    order = np.argsort(low, axis=0)
-    low, high = np.take_along_axis(low, order, axis=0), np.take_along_axis(high, order, axis=0)
-    furthest = np.maximum.accumulate(high, axis=0)[:-1]
-    overlap = (low[1:] <= furthest) & (low[1:] <= end) & (furthest > 0.0) & np.isfinite(low[1:])
-    return doubt | np.any(overlap, axis=0)

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from raytracer.analysis.rounding_bounds import Array
-from raytracer.analysis.wall_bounds import Ends, FormsAlong, choose, cross_error, empty_ends, scaled, unit_directions
+from raytracer.analysis.rounding_bounds import Array, Mask
+from raytracer.analysis.wall_bounds import (
+    Ends,
+    FormsAlong,
+    UnitLine,
+    choose,
+    cross_error,
+    empty_ends,
+    scaled,
+    unit_directions,
+)
 from raytracer.ground_truth.microfacets import dot
 
 # Steps of Newton's method from the eigenvalues of float64, whose error may be the root of 2^-53.
@@ -18,7 +29,17 @@ def torus_ends(along: FormsAlong, u: float) -> tuple[Ends, Ends]:
         return _torus_ends(along, u)
 
 
-def _torus_ends(along: FormsAlong, u: float) -> tuple[Ends, Ends]:
+class _TorusLine(NamedTuple):
+    """Rays in the frame of a torus. Numbers come with the bounds of their |error|."""
+
+    line: UnitLine
+    minor: tuple[Array, Array]
+    m: tuple[Array, Array]  # the point nearest to the centre (R, 3); its error is a length (R,)
+    middle: tuple[Array, Array]  # its place on the ray
+    reach: Array  # the torus is within +-reach of it
+
+
+def _torus_line(along: FormsAlong, u: float) -> _TorusLine:
     minor, minor_error = along.p[:, 0], along.p_error[:, 0]
     p, dp = along.p[:, 1:], along.p_error[:, 1:]
     line = unit_directions(along, u)
@@ -29,7 +50,21 @@ def _torus_ends(along: FormsAlong, u: float) -> tuple[Ends, Ends]:
     middle = -dot(p, e)
     middle_error = dot(np.abs(p), de) + dot(dp, np.abs(e)) + dot(dp, de) + 4.0 * u * dot(np.abs(p), np.abs(e))
     reach = np.sqrt(np.maximum(np.square(1.0 + minor + m_error + minor_error) - dot(m, m), 0.0)) + 8.0 * u
+    return _TorusLine(line, (minor, minor_error), (m, m_error), (middle, middle_error), reach)
 
+
+class _Zeros(NamedTuple):
+    """The zeros of the quartic of each ray, from the middle (4, R), inf: none, and where their number is in doubt."""
+
+    s: Array
+    off: Array  # bounds of their |error|, without that of the middle
+    slope: Array  # half the derivatives of F there
+    doubt: Mask
+
+
+def _quartic_zeros(ray: _TorusLine, u: float) -> _Zeros:
+    line, (minor, minor_error), (m, m_error), _, reach = ray
+    e, de = line.e[:, 1:], line.e_error[:, 1:]
     # The quartic s^4 + 2 P s^2 + 4 K s + C, its zeros, and those of its derivative.
     P = dot(m, m) + (1.0 - minor) * (1.0 + minor) - 2.0 * dot(e[:, :2], e[:, :2])
     K = 2.0 * m[:, 2] * e[:, 2]
@@ -51,25 +86,48 @@ def _torus_ends(along: FormsAlong, u: float) -> tuple[Ends, Ends]:
     bend = 2.0 / (1.0 - minor)
     steep = np.square(2.0 * slope) - 2.0 * bend * F_error
     off = (np.abs(2.0 * slope) - np.sqrt(np.maximum(steep, 0.0))) / bend
-    off += 4.0 * u * np.abs(zeros) + middle_error + u * np.abs(middle)
     known = np.isfinite(zeros)
     doubt |= np.any(known & ~(steep > 0.0), axis=0)
-    count = known.sum(axis=0)
-    doubt |= count % 2 == 1
-    doubt |= line.speed <= np.linalg.norm(along.d_error, axis=1)
+    doubt |= known.sum(axis=0) % 2 == 1
+    return _Zeros(zeros, off, slope, doubt)
+
+
+def _torus_ends(along: FormsAlong, u: float) -> tuple[Ends, Ends]:
+    ray = _torus_line(along, u)
+    line, _, _, (middle, middle_error), reach = ray
+    zeros, off, _, doubt = _quartic_zeros(ray, u)
+    off = off + 4.0 * u * np.abs(zeros) + middle_error + u * np.abs(middle)
+    count = np.isfinite(zeros).sum(axis=0)
+    doubt = doubt | (line.speed <= np.linalg.norm(along.d_error, axis=1))
     s = zeros + middle
     anywhere = Ends(
-        np.array([np.full(len(P), np.inf), np.full(len(P), -np.inf)]),
-        np.array([middle - reach - middle_error, np.full(len(P), -np.inf)]),
-        np.array([np.full(len(P), np.inf), middle + reach + middle_error]),
+        np.array([np.full(len(middle), np.inf), np.full(len(middle), -np.inf)]),
+        np.array([middle - reach - middle_error, np.full(len(middle), -np.inf)]),
+        np.array([np.full(len(middle), np.inf), middle + reach + middle_error]),
     )
     parts = []
     for i in (0, 2):
         pair = s[i : i + 2]
-        ends = choose(count > i, Ends(pair, pair - off[i : i + 2], pair + off[i : i + 2]), empty_ends(len(P)))
+        ends = choose(count > i, Ends(pair, pair - off[i : i + 2], pair + off[i : i + 2]), empty_ends(len(middle)))
         t = ends.t
         parts.append(scaled(choose(doubt, anywhere._replace(t=t), ends), line, u))
     return parts[0], parts[1]
+
+
+def torus_point_errors(along: FormsAlong, t: Array, u: float) -> Array:
+    """Return the bounds of |error| (R,) of the forms from which a normal comes, where rays meet the torus at t."""
+    with np.errstate(all="ignore"):
+        ray = _torus_line(along, u)
+        zeros, off, slope, _ = _quartic_zeros(ray, u)
+        middle, middle_error = ray.middle
+        s = t * ray.line.speed - middle
+        nearest = np.argmin(np.nan_to_num(np.abs(zeros - s), nan=np.inf), axis=0), np.arange(len(s))
+        # The shader takes one more step of Newton's method from the rounded root.
+        rounded = off[nearest] + middle_error + 4.0 * u * (np.abs(s) + np.abs(middle))
+        after = 2.0 * off[nearest] + np.square(rounded) / ((1.0 - ray.minor[0]) * np.abs(slope[nearest]))
+        s_off = np.where(rounded < 0.1 * ray.minor[0], np.minimum(after, 2.0 * rounded), 2.0 * rounded)
+        e_error = np.linalg.norm(ray.line.e_error[:, 1:], axis=1)
+        return ray.m[1] + s_off + np.abs(s) * (e_error + 4.0 * u) + 4.0 * u
 
 
 def _real_zeros(coefficients: Array, reach: Array) -> Array:

@@ -1,6 +1,6 @@
-"""Rounding error bounds of the roots of rays with round walls and cone walls.
+"""Rounding error bounds of walls along rays, and of the roots and normals of rays with round walls.
 
-They are the bounds in `shaders/geometry/round_wall.glsl` and `cone_wall.glsl`.
+They are the bounds in `shaders/geometry/wall.glsl` and `round_wall.glsl`.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _products(w: Array, vectors: Array) -> Array:
     return (w @ vectors[:, :, None])[..., 0]
 
 
-class _Unit(NamedTuple):
+class UnitLine(NamedTuple):
     """Rays in the space of the forms: their unit directions, the errors of these, and the scale of t."""
 
     speed: Array  # |d| (R,)
@@ -86,7 +86,7 @@ class _Unit(NamedTuple):
     scale: Array  # bound of the relative error of 1 / |d| (R,)
 
 
-def unit_directions(along: FormsAlong, u: float) -> _Unit:
+def unit_directions(along: FormsAlong, u: float) -> UnitLine:
     """Return the unit directions of rays in the space of the forms."""
     speed = np.linalg.norm(along.d, axis=1)
     least = np.maximum(speed - np.linalg.norm(along.d_error, axis=1), 0.0)
@@ -94,7 +94,7 @@ def unit_directions(along: FormsAlong, u: float) -> _Unit:
         e = along.d / speed[:, None]
         scale = np.linalg.norm(along.d_error, axis=1) / least + _OF_UNIT * u
         e_error = along.d_error / least[:, None] + np.abs(e) * scale[:, None]
-    return _Unit(speed, e, e_error, scale)
+    return UnitLine(speed, e, e_error, scale)
 
 
 def cross_error(a: Array, b: Array, a_error: Array, b_error: Array, u: float) -> Array:
@@ -120,12 +120,21 @@ def round_ends(along: FormsAlong, u: float) -> Ends:
         return _round_ends(along, u)
 
 
-def _round_ends(along: FormsAlong, u: float) -> Ends:
+class _Chord(NamedTuple):
+    """The chords of rays in a round wall. Numbers come with the bounds of their |error|."""
+
+    line: UnitLine
+    middle: tuple[Array, Array]  # the place of the chord's middle on the ray
+    moment: tuple[Array, Array]  # the distance of the chord from the centre
+    square: tuple[Array, Array]  # the square of half the chord
+
+
+def _chord(along: FormsAlong, u: float) -> _Chord:
     r, r_error = along.p[:, 0], along.p_error[:, 0]
     p, dp = along.p[:, 1:], along.p_error[:, 1:]
     line = unit_directions(along, u)
     e, de = line.e[:, 1:], line.e_error[:, 1:]
-    power, power_error = -along.power, along.power_error  # the product of both roots
+    power, power_error = -along.power, along.power_error
     middle = -dot(p, e)
     middle_error = dot(np.abs(p), de) + dot(dp, np.abs(e)) + dot(dp, de) + 4.0 * u * dot(np.abs(p), np.abs(e))
     moment = np.linalg.norm(np.cross(p, e), axis=1)
@@ -139,7 +148,14 @@ def _round_ends(along: FormsAlong, u: float) -> Ends:
     either = np.abs(np.abs(middle) - r) <= middle_error + r_error
     error = np.where(either, np.maximum(by_power, by_moment), error)
     square = np.where(np.abs(middle) < r, middle**2 - power, (r - moment) * (r + moment))
+    return _Chord(line, (middle, middle_error), (moment, moment_error), (square, error))
 
+
+def _round_ends(along: FormsAlong, u: float) -> Ends:
+    r, r_error = along.p[:, 0], along.p_error[:, 0]
+    p, dp = along.p[:, 1:], along.p_error[:, 1:]
+    power, power_error = -along.power, along.power_error  # the product of both roots
+    line, (middle, middle_error), _, (square, error) = _chord(along, u)
     half, half_error = square_root_error(square, error, u)
     outer = middle + np.copysign(half, middle)
     outer_error = middle_error + half_error + u * np.abs(outer)
@@ -167,7 +183,7 @@ def _round_ends(along: FormsAlong, u: float) -> Ends:
     return choose(axial, Ends(np.where(inside, unbounded, -unbounded), low, high), ends)
 
 
-def scaled(ends: Ends, line: _Unit, u: float) -> Ends:
+def scaled(ends: Ends, line: UnitLine, u: float) -> Ends:
     """Return the ends s / |d|, with the error of the division and of |d|."""
     t, low, high = (s / line.speed for s in ends)
     more = line.scale + 2.0 * u
@@ -180,110 +196,10 @@ def choose(mask: Mask, first: Ends, second: Ends) -> Ends:
     return Ends(*(np.where(mask, a, b) for a, b in zip(first, second, strict=True)))
 
 
-def cone_ends(along: FormsAlong, u: float) -> Ends:
-    """Return the intervals of rays in a cone wall."""
-    with np.errstate(all="ignore"):  # numbers without a meaning are not chosen
-        return _cone_ends(along, u)
-
-
-def _cone_ends(along: FormsAlong, u: float) -> Ends:
-    p, dp = along.p, along.p_error
-    line = unit_directions(along, u)
-    e, de = line.e, line.e_error
-    p0, e0, dp0, de0 = (x[:, :1] for x in (p, e, dp, de))
-    pv, ev, dpv, dev = (x[:, 1:] for x in (p, e, dp, de))
-    sign = np.array([1.0, -1.0, -1.0, -1.0])
-    A, b = e**2 @ sign, (p * e) @ sign
-    A_error = 2.0 * dot(np.abs(e), de) + dot(de, de) + 5.0 * u * dot(e, e)
-    products = dot(np.abs(p), de) + dot(dp, np.abs(e)) + dot(dp, de) + 5.0 * u * dot(np.abs(p), np.abs(e))
-    E, B = p0 * ev - e0 * pv, np.cross(pv, ev)
-    E_error = np.abs(p0) * dev + np.abs(ev) * dp0 + np.abs(e0) * dpv + np.abs(pv) * de0 + dp0 * dev + de0 * dpv
-    E_error += 3.0 * u * (np.abs(p0 * ev) + np.abs(e0 * pv))
-    B_error = cross_error(pv, ev, dpv, dev, u)
-    EE, BB = dot(E, E), dot(B, B)
-    E_off, B_off = (np.linalg.norm(x, axis=1) for x in (E_error, B_error))
-    by_moment = (2.0 * np.sqrt(EE) + E_off) * E_off + (2.0 * np.sqrt(BB) + B_off) * B_off + 5.0 * u * (EE + BB)
-    by_power = (2.0 * np.abs(b) + products) * products + np.abs(A) * along.power_error + np.abs(along.power) * A_error
-    by_power += A_error * along.power_error + 3.0 * u * (b * b + np.abs(A * along.power))
-    # The shader uses one of two forms of the discriminant. If it is in doubt which one, the larger bound counts.
-    unsure = np.abs(np.abs(b) - np.sqrt(EE)) <= products + E_off + 4.0 * u * np.sqrt(EE)
-    error = np.where(b * b < EE, by_power, by_moment)
-    error = np.where(unsure, np.maximum(by_power, by_moment), error)
-    square = EE - BB
-    root, root_error = square_root_error(square, error, u)
-
-    middle, middle_error = -dot(p, e), products
-    m = np.concatenate([dot(E, ev)[:, None], np.cross(ev, B) - e0 * E], axis=1)
-    m_error = np.linalg.norm([E_off, B_off], axis=0) + np.sqrt(EE + BB) * (np.linalg.norm(de, axis=1) + 6.0 * u)
-    near_b = 2.0 * m[:, 0] * e[:, 0]
-    near_b_error = 2.0 * (m_error + np.abs(m[:, 0]) * (de[:, 0] + u))
-    near_power = m**2 @ sign
-    near_power_error = (2.0 * np.sqrt(dot(m, m)) + m_error) * m_error + 4.0 * u * dot(m, m)
-    far, far_off = _cone_roots((A, A_error), (b, products), (along.power, along.power_error), (root, root_error), u)
-    near, near_off = _cone_roots(
-        (A, A_error), (near_b, near_b_error), (near_power, near_power_error), (root, root_error), u
-    )
-    shifted, shifted_off = near + middle, near_off + middle_error + u * np.abs(near + middle)
-    take = np.abs(near) < 0.5 * np.abs(middle)
-    either = np.abs(np.abs(near) - 0.5 * np.abs(middle)) <= near_off + middle_error
-    s = np.where(take, shifted, far)
-    s_error = np.where(take, shifted_off, far_off)
-    s_error = np.where(either, np.maximum(shifted_off, far_off), s_error)
-    low, high = s - s_error, s + s_error
-
-    # Across the cone: both roots, on one nappe. If it is in doubt whether there are any, they are within `reach`.
-    least = np.maximum(np.abs(A) - A_error, 0.0)
-    center = middle - near_b / A
-    reach = np.sqrt(np.maximum(square + error, 0.0)) / least + middle_error + 4.0 * u * np.abs(center)
-    reach += (near_b_error + np.abs(near_b / A) * A_error) / least
-    everywhere = np.repeat([[-np.inf], [np.inf]], len(A), axis=1)
-    doubt = (np.abs(square) <= error) | (np.abs(m[:, 0]) <= m_error)
-    across = Ends(
-        s,
-        np.where(doubt, [center - reach, everywhere[0]], low),
-        np.where(doubt, [everywhere[1], center + reach], high),
-    )
-    across = choose((square + error <= 0.0) | (m[:, 0] < -m_error), empty_ends(len(A)), across)
-    # Along the cone: inside from one root on, in the direction in which l0 grows.
-    grows = e[:, 0] > 0.0
-    inwards = Ends(*(np.where(grows, [x[0], everywhere[1]], [everywhere[0], x[1]]) for x in (s, low, high)))
-    # Nearly along a generator: the other root is beyond `floor`, or it is not there.
-    floor = np.maximum(np.abs(near_b) + root - near_b_error - root_error, 0.0) / (np.abs(A) + A_error)
-    floor = floor * (1.0 - 4.0 * u) - middle_error
-    crosses = (near_b > 0.0) == grows
-    flat = Ends(
-        np.where(A >= 0.0, inwards.t, np.where(crosses, s, empty_ends(len(A)).t)),
-        np.where(
-            grows,
-            np.where(crosses, [low[0], middle + floor], [middle + floor, everywhere[0]]),
-            np.where(crosses, [everywhere[0], low[1]], everywhere[0]),
-        ),
-        np.where(
-            grows,
-            np.where(crosses, [high[0], everywhere[1]], everywhere[1]),
-            np.where(crosses, [middle - floor, high[1]], [everywhere[1], middle - floor]),
-        ),
-    )
-    is_across, is_inwards = A_error < -A, A_error < A
-    flat = choose(np.abs(near_b) <= near_b_error, Ends(flat.t, -np.abs(everywhere), np.abs(everywhere)), flat)
-    ends = choose(is_across, across, choose(is_inwards, inwards, flat))
-    unknown = line.speed <= np.linalg.norm(along.d_error, axis=1)
-    return scaled(choose(unknown, Ends(ends.t, -np.abs(everywhere), np.abs(everywhere)), ends), line, u)
-
-
-def _cone_roots(
-    A: tuple[Array, Array], b: tuple[Array, Array], c: tuple[Array, Array], r: tuple[Array, Array], u: float
-) -> tuple[Array, Array]:
-    """Return the roots of A s^2 + 2 b s + c where it grows and where it falls, and their bounds, (2, R) each.
-
-    Each number comes with the bound of its |error|; r^2 is b^2 - A c.
-    """
-    q = np.where(b[0] < 0.0, r[0] - b[0], -r[0] - b[0])
-    q_error = b[1] + r[1] + u * np.abs(q)
-    inner, outer = c[0] / q, q / A[0]
-    inner_error = (c[1] + np.abs(inner) * q_error) / np.maximum(np.abs(q) - q_error, 0.0) + 2.0 * u * np.abs(inner)
-    outer_error = (q_error + np.abs(outer) * A[1]) / np.maximum(np.abs(A[0]) - A[1], 0.0) + 2.0 * u * np.abs(outer)
-    falls = b[0] < 0.0
-    return np.where(falls, [outer, inner], [inner, outer]), np.where(
-        falls, [outer_error, inner_error], [inner_error, outer_error]
-    )
+def round_point_errors(along: FormsAlong, u: float) -> Array:
+    """Return the bounds of |error| (R,) of the forms from which a normal comes, where rays meet the wall."""
+    with np.errstate(all="ignore"):
+        chord = _chord(along, u)
+        half, half_error = square_root_error(*chord.square, u)
+        turned = np.linalg.norm(chord.line.e_error, axis=1) + 4.0 * u
+        return chord.moment[1] + half_error + (chord.moment[0] + half) * turned

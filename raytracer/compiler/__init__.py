@@ -23,5 +23,6 @@ May import: core, scene. Other packages may use:
 - direction_cells: BLOCK, CELL
 - roth_bounds: roth_loops
 - rounds: MAX_ROUNDS
-- view_space: project_point, pixel_scale, rotation
+- surfaces: make_surfaces; bodies: make_bodies, PlacedShapes, WALLS
+- view_space: project_point, pixel_scale, rotation, view_origin
 """

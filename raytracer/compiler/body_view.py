@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.bodies import Bodies
 from raytracer.core.validation import Vec3
-from raytracer.scene.camera import Camera
 
 Array = NDArray[np.float64]
 
@@ -24,9 +23,8 @@ class BodyView(msgspec.Struct, frozen=True, eq=False):
     powers: Array  # (W,): l0^2 - l1^2 - l2^2 - l3^2 at the camera
 
 
-def make_body_view(bodies: Bodies, camera: Camera, turn: Array) -> BodyView:
-    """Transform bodies to the view space of a camera, with the rotation `turn` (3, 3)."""
-    eye = camera.position
+def make_body_view(bodies: Bodies, eye: Vec3, turn: Array) -> BodyView:
+    """Transform bodies to the view space with the origin `eye` and the rotation `turn` (3, 3)."""
     forms = bodies.forms
     values = _sum_products(forms[:, :, :3], eye) + forms[:, :, 3]
     return BodyView(

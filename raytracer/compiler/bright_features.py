@@ -20,6 +20,7 @@ from raytracer.compiler.eyes import MOST_EYES, Eye, Mirror, eyes
 from raytracer.compiler.feature_surfaces import FeatureSurfaces, all_surfaces
 from raytracer.compiler.features import NO_FEATURES, Features
 from raytracer.compiler.narrow_lobes import Lobe, diffuse_reflectance, highlight_lobe, mirrored_share
+from raytracer.compiler.view_space import view_origin
 from raytracer.core.validation import MAX_COLOR
 from raytracer.scene.lights import PointLight
 from raytracer.scene.scene_objects import SceneObjects
@@ -105,7 +106,7 @@ def bright_features(compiled: CompiledScene, size: tuple[int, int]) -> Features:
 
 def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, int]) -> Features:
     """Compute the features for all eyes."""
-    surfaces = compiled.surfaces
+    surfaces, camera = compiled.surfaces, compiled.scene.camera
     lights = [light for light in compiled.lights if any(light.color)]
     near = [light for light in lights if light.falloff == "inverse_square"]
     emits, is_narrow = materials.emission.max(axis=1) > 0.0, materials.lobes.sizes > 0.0
@@ -126,7 +127,7 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
     flat = _flat_mirrors(everything.choose(is_mirror, 1), materials.mirrored)
     parts = [NO_FEATURES]
     with np.errstate(all="ignore"):  # Eye.features() leaves out overflowing features
-        for eye in eyes(compiled.scene.camera, size, flat, compiled.options.bounces):
+        for eye in eyes(camera, view_origin(surfaces, camera, size)[0], size, flat, compiled.options.bounces):
             seen = np.ones(len(rows), bool)
             seen[:bounded] = eye.sees(everything.centers, everything.radii)
             parts.append(_emitters(eye, everything.choose(seen & emits, 1), materials.emission))

@@ -19,11 +19,9 @@ from raytracer.compiler.culling import ROUNDING_GROWTH, ball_growth, finest_grid
 from raytracer.compiler.direction_cells import (
     CELL,
     Lists,
-    grown_radii,
     hemisphere_cells,
     overlapped_cells,
     overlaps,
-    tangents,
 )
 from raytracer.compiler.hemisphere_lists import LightBalls, hemisphere_lists, light_balls
 from raytracer.compiler.program_rows import (
@@ -35,7 +33,7 @@ from raytracer.compiler.program_rows import (
     rows_of_grids,
     rows_without_spheres,
 )
-from raytracer.compiler.view_space import View, camera_grid
+from raytracer.compiler.view_space import View, camera_grid, grown_radii, project_balls
 from raytracer.scene.lights import PointLight
 
 Array = NDArray[np.float64]
@@ -69,16 +67,19 @@ def make_items(view: View, batches: Batches) -> Items:
     around = [bounding_balls(batch, view.surfaces.centers, view.surfaces.radii) for batch in shapes]
     none = Balls(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
     ball = Balls(*map(np.concatenate, zip(none, *around, strict=True)))
-    away = ball.centers - view.camera.position
+    away = ball.centers - view.eye
     centers = away @ view.rotation.T
     growth = np.maximum(np.linalg.norm(ball.growth, axis=1), 1.0)
     # By the bounds in sphere.glsl, the roots of a ray with a sphere of radius r at c are off by at most 32 u (|c| + r).
     # This error is along the ray, whose direction differs from c by an angle of at most r / |c|. Across the ray, the
-    # error is that share of r, and grown_radii() of the larger spheres.
+    # error is that share of r, and grown_radii() of the larger spheres. Orthographic rays are parallel instead: their
+    # error is along them, in proportion to the depth.
+    if view.camera.projection == "orthographic":
+        away = -centers[:, 2:] * np.array(view.camera.axes()[2])
     along = np.sum(ball.growth * np.abs(away), axis=1)
     return Items(
         centers,
-        grown_radii(centers, ball.radii, growth) + ROUNDING_GROWTH * (along + 4.0 * growth * ball.largest),
+        grown_radii(view.camera, centers, ball.radii, growth) + ROUNDING_GROWTH * (along + 4.0 * growth * ball.largest),
         growth,
         np.repeat(np.arange(len(shapes)), [len(batch.first) for batch in shapes]),
         np.concatenate([np.zeros(0, np.int64), *(batch.first for batch in shapes)]),
@@ -140,13 +141,15 @@ class Lister:
         return rows[np.argsort(rows[:, 6])].astype(np.int32), 2.0 * float(farthest.max(initial=0.5))
 
     def _bounds(self) -> tuple[Array, Array]:
-        """Return the bounds of objects of common shapes by tangents().
+        """Return the bounds of objects of common shapes by project_balls().
 
-        They are the tangents of the bounding sphere, narrowed to the bounds of the object's spheres.
+        They are the bounds of the bounding sphere, narrowed to the bounds of the object's spheres.
         """
 
         def leaf(number: int) -> tuple[Array, Array]:
-            return tangents(self._centers[batch.first + number], self._radii[batch.first + number])
+            return project_balls(
+                self._view.camera, self._centers[batch.first + number], self._radii[batch.first + number]
+            )
 
         lo, hi = np.empty((2, len(self._items.radii), 2))
         at = 0
@@ -154,7 +157,8 @@ class Lister:
             part = slice(at, at + len(batch.first))
             bounds = combine_bounds(batch.tree, leaf, _intersect_bounds, _join_bounds)
             if len(batch.tree) > 1:  # a single sphere is its own bounding sphere
-                bounds = _intersect_bounds(tangents(self._items.centers[part], self._items.radii[part]), bounds)
+                own = project_balls(self._view.camera, self._items.centers[part], self._items.radii[part])
+                bounds = _intersect_bounds(own, bounds)
             lo[part], hi[part] = bounds
             at = part.stop
         return lo, hi
@@ -164,7 +168,7 @@ class Lister:
         corner, step, shape = camera_grid(self._view.camera, size)
 
         def find_pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
-            return overlaps(*tangents(centers, radii), corner, (step, step), shape)
+            return overlaps(*project_balls(self._view.camera, centers, radii), corner, (step, step), shape)
 
         cells = shape[0] * shape[1]
         none = np.zeros(0, np.int32)

@@ -240,7 +240,7 @@ def _headers(grids: list[ChainGrid], view: View) -> NDArray[np.int32]:
     for header, grid in zip(headers, grids, strict=True):
         rows = np.empty((3, 4), np.float32)
         rows[:, :3] = grid.axes @ view.rotation.T
-        rows[:, 3] = grid.axes @ np.array(view.camera.position) - grid.low
+        rows[:, 3] = grid.axes @ np.array(view.eye) - grid.low
         header[:3] = rows.view(np.int32)
         core = begin + len(grid.ends)
         header[3] = *grid.shape, begin

@@ -61,7 +61,7 @@ class CompiledScene(msgspec.Struct, frozen=True, eq=False):
     def structure(self) -> tuple[object, ...]:
         """All values that decide the text of the shaders: compiled scenes of equal structures share their programs."""
         lights = len(self.lights), self.has_area_lights, self.has_falloff
-        return self.scene.objects, self.scene.materials, self.options, lights
+        return self.scene.objects, self.scene.materials, self.options, lights, self.scene.camera.projection
 
 
 def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | None = None) -> CompiledScene:

@@ -12,9 +12,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.direction_cells import MARGIN, grown_radii, hemisphere_cells, overlaps, tangents
+from raytracer.compiler.direction_cells import MARGIN, grown_radii, hemisphere_cells, overlaps
+from raytracer.compiler.orthographic import meet_cells
 from raytracer.compiler.surfaces import Surfaces
-from raytracer.compiler.view_space import View, camera_grid
+from raytracer.compiler.view_space import View, camera_grid, project_balls
 from raytracer.scene.camera import Camera
 from raytracer.scene.lights import PointLight
 from raytracer.scene.solids.body import Placed
@@ -44,8 +45,10 @@ _LISTED_FOR_RADIUS = 16.0
 
 
 def corner_rays(camera: Camera, size: tuple[int, int]) -> Array:
-    """Return the directions through the corners of a picture's cells (rows + 1, columns + 1, 3), in view space, z =
-    -1."""
+    """Return the directions through the corners of a picture's cells (rows + 1, columns + 1, 3), in view space, z = -1.
+
+    For an orthographic camera, x and y are the places of the corners.
+    """
     corner, step, (columns, rows) = camera_grid(camera, size)
     # The last row and column of cells end with the picture.
     x = np.minimum(corner[0] + step * np.arange(columns + 1), -corner[0])
@@ -61,9 +64,13 @@ def occupied_cells(view: View, solids: Sequence[Solid], size: tuple[int, int]) -
     rays = corner_rays(view.camera, size)
     centers, radii = view.centers, view.surfaces.radii
     corner, step, shape = camera_grid(view.camera, size)
-    pairs = overlaps(*tangents(centers, radii), corner, (step, step), shape)
+    pairs = overlaps(*project_balls(view.camera, centers, radii), corner, (step, step), shape)
     around = corners(rays).reshape(4, -1, 3)[:, pairs[0]]
-    kept = _keep_in_cone(pairs, around, centers, radii)
+    if view.camera.projection == "orthographic":
+        is_met = meet_cells(around, centers[pairs[1]], radii[pairs[1]])
+        kept = pairs[0][is_met], pairs[1][is_met]
+    else:
+        kept = _keep_in_cone(pairs, around, centers, radii)
     return _find_occupied(solids, *kept, view.surfaces, shape[0] * shape[1]).reshape(shape[::-1])
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.features import Features
 from raytracer.compiler.view_space import pixel_scale, rotation
+from raytracer.core.validation import Vec3
 from raytracer.scene.camera import Camera
 
 Array = NDArray[np.float64]
@@ -23,6 +24,9 @@ _LARGEST = 2.0
 # The most eyes of a picture. A room with six flat mirrors has seven eyes with one bounce; two facing mirrors have seven
 # with three bounces.
 MOST_EYES = 8
+# The distance from which a pinhole camera stands for an orthographic one, in heights of the picture: its rays are
+# parallel to within half of 2^-20, so far less than the factor to which features are known.
+_FAR = 2.0**20
 
 
 class Mirror(NamedTuple):
@@ -42,6 +46,7 @@ class Eye(NamedTuple):
     size: tuple[int, int]
     factor: Array  # (3,): the factor of all light that the eye sees
     behind: Mirror | None = None
+    nearest: float = 0.0  # the least depth that the eye sees
 
     def image(self, mirror: Mirror) -> Eye:
         """Return the eye's image in `mirror`."""
@@ -66,7 +71,7 @@ class Eye(NamedTuple):
     def sees(self, centers: Array, radii: Array) -> NDArray[np.bool_]:
         """Return which spheres (N,) may be in the picture. Spheres around the camera do not count."""
         x, y, z = self.rotation @ (centers - self.position).T
-        seen = -z > -radii
+        seen = -z > self.nearest - radii
         for side, pixels in ((x, self.size[0]), (y, self.size[1])):
             slope = pixels / (2.0 * self.focal)
             seen &= np.abs(side) <= slope * -z + radii * math.hypot(1.0, slope)
@@ -86,7 +91,9 @@ class Eye(NamedTuple):
         # A pixel off the picture's middle covers less solid angle.
         scale = self.focal**2 * np.power(1.0 + (x * x + y * y) / (depth * depth), 1.5)
         areas = scale * solid_angles
-        chosen = (depth > 0.0) & (columns >= 0) & (rows >= 0) & (columns < self.size[0]) & (rows < self.size[1])
+        chosen = (
+            (depth > self.nearest) & (columns >= 0) & (rows >= 0) & (columns < self.size[0]) & (rows < self.size[1])
+        )
         chosen &= (areas < _LARGEST) & self._is_before(points, 0.0)
         return Features(
             columns[chosen],
@@ -97,14 +104,18 @@ class Eye(NamedTuple):
         )
 
 
-def eyes(camera: Camera, size: tuple[int, int], mirrors: Sequence[Mirror], bounces: int) -> list[Eye]:
+def eyes(camera: Camera, place: Vec3, size: tuple[int, int], mirrors: Sequence[Mirror], bounces: int) -> list[Eye]:
     """Return the camera of a picture of `size` (width, height) and its images in `mirrors` after up to `bounces`
     bounces.
 
+    `place` is the position of the camera, or for an orthographic camera any position from which it sees the same.
     There are at most MOST_EYES: the eyes with the fewest bounces.
     """
-    focal = 0.5 / pixel_scale(camera, size[1])
-    made = latest = [Eye(np.array(camera.position), rotation(camera), focal, size, np.ones(3))]
+    position, focal, nearest = np.array(place), 0.5 / pixel_scale(camera, size[1]), 0.0
+    if camera.height is not None:
+        nearest = _FAR * camera.height
+        position, focal = position - nearest * np.array(camera.axes()[2]), nearest * focal
+    made = latest = [Eye(position, rotation(camera), focal, size, np.ones(3), nearest=nearest)]
     for _ in range(bounces if mirrors else 0):
         latest = [eye.image(mirror) for eye in latest for mirror in mirrors if mirror is not eye.behind]
         made = [*made, *latest][:MOST_EYES]

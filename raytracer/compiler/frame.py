@@ -142,7 +142,7 @@ def make_frame(
     Without `plane_only`, the frame has no plane-only cells, only empty ones. Raises InputError for a scene that needs
     more texels or layers than the driver has, or candidate lists that take too much time or memory.
     """
-    view = _view(compiled, previous)
+    view = _view(compiled, size, previous)
     surfaces = _surfaces(compiled, view, size, previous)
     materials = _materials(compiled, view, limits, previous)
     lists = _lists(compiled, view, surfaces, size, limits, previous)
@@ -172,12 +172,13 @@ def make_frame(
     return frame
 
 
-def _view(compiled: CompiledScene, previous: Frame | None) -> View:
+def _view(compiled: CompiledScene, size: tuple[int, int], previous: Frame | None) -> View:
     """Return the surfaces in view space, shared with `previous` if they are unchanged."""
     camera = compiled.scene.camera
-    if previous and previous.view.surfaces is compiled.surfaces and previous.view.camera == camera:
-        return previous.view
-    return make_view(compiled.surfaces, camera)
+    kept = previous.view if previous and (camera.projection == "perspective" or previous.size == size) else None
+    if kept and kept.surfaces is compiled.surfaces and kept.camera == camera:
+        return kept
+    return make_view(compiled.surfaces, camera, size)
 
 
 def _surfaces(compiled: CompiledScene, view: View, size: tuple[int, int], previous: Frame | None) -> SurfaceNumbers:
@@ -332,9 +333,9 @@ def _uniforms(
         "draw.firstPlane": compiled.surfaces.bounded,
         "draw.grid": lists.grid if lists else GRIDS[0],
         "draw.depthScale": 2.0 ** -math.frexp(farthest)[1],
-        # OpenGL reads the matrix by columns, so the rows of the rotation make its inverse, from view space to world
-        # space.
+        # OpenGL reads the matrix by columns, so the rows of the rotation make its inverse, from view to world space.
         "toWorld": tuple(view.rotation.astype(np.float32).ravel().tolist()),
+        "advance": view.advance,
         "focus": math.dist(camera.position, camera.look_at),
         "everything": lists.everything if lists else (0, 0),
     }

@@ -26,6 +26,9 @@ Mask = NDArray[np.bool_]
 # The smallest slope of a half-space, for each pixel of a picture's width and height, with which cameraSlope()
 # (camera.glsl) gives its points to within MARGIN.
 _FLATTEST = 2.0**-27
+# The smallest slope of a half-space for which plane.glsl gives its points on orthographic rays to within MARGIN: the
+# depth of a ray's origin X has an error of 5 2^-24 |X|, and the slope divides it.
+_FLATTEST_PARALLEL = 2.0**-3
 # The largest depth below a hemisphere's equator, as a share of the distance, and the longest chord, with which a
 # projected arc counts as short.
 _BELOW, _SHORT = 0.25, 0.5
@@ -38,10 +41,11 @@ class Ground(NamedTuple):
 
     plane: int  # the surface index of the half-space
     normal: Array  # (3,), in view space
-    depth: float  # the depth of the camera in the half-space
+    depth: float  # the depth of the origin of view space in the half-space
+    side: float  # 1 if the camera sees the face from within the half-space, -1 from outside
     cell: Ints  # (K,): numbers of the cells, row by row from the bottom
     corners: Array  # (3, 4, K): x, y, z of the half-space's points at the cells' corners, valid where `ahead`
-    distance: Array  # (4, K): distances of these points from the camera
+    distance: Array  # (4, K): distances of these points from the origin of view space
     ahead: Mask  # (K,): whether the half-space is visible at all corners
 
 
@@ -59,30 +63,71 @@ def make_sight(view: View, planes: Sequence[int], occupied: Mask, size: tuple[in
     `planes` are the surface indices of the single half-spaces.
     """
     rays = corner_rays(view.camera, size)
-    lengths = np.linalg.norm(rays, axis=-1)
+    see = _see_parallel if view.camera.projection == "orthographic" else _see_face
     free = ~occupied
     empty = free.copy()
     grounds = []
     for plane in planes:
         normal = view.rotation @ view.surfaces.normals[plane - view.surfaces.bounded]
         depth = view.depths[plane - view.surfaces.bounded]
-        slope = rays @ normal
-        # With a margin, because rounding may change the sign of a slope near 0.
-        empty &= ~_cells_with_any_corner(slope * np.sign(depth) > -MARGIN * lengths)
-        steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * lengths
-        ahead = steep & (slope * depth > 0.0)
-        # The slope is linear in the pixel, so a cell sees the face if one of its corners does. Flat corners count as
-        # well, because rounding may change their sign.
-        visible = free & _cells_with_any_corner(ahead | ~steep) & (depth != 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            points = np.where(ahead, depth / slope, 0.0)[..., None] * rays
-        cell = np.flatnonzero(visible)
-        places = np.ascontiguousarray(np.moveaxis(corners(points).reshape(4, -1, 3)[:, cell], -1, 0))
+        face = see(rays, normal, depth)
+        empty &= ~_cells_with_any_corner(face.may_be_seen)
+        cell = np.flatnonzero(free & _cells_with_any_corner(face.is_shown))
+        places = np.ascontiguousarray(np.moveaxis(corners(face.points).reshape(4, -1, 3)[:, cell], -1, 0))
         distance = np.sqrt(np.sum(places * places, axis=0))
         grounds.append(
-            Ground(plane, normal, depth, cell, places, distance, _cells_with_all_corners(ahead).ravel()[cell])
+            Ground(
+                plane,
+                normal,
+                depth,
+                face.side,
+                cell,
+                places,
+                distance,
+                _cells_with_all_corners(face.ahead).ravel()[cell],
+            )
         )
     return Sight(free, empty, grounds)
+
+
+class _Face(NamedTuple):
+    """The boundary of a half-space at the corners of a picture's cells. Arrays are (rows + 1, columns + 1, ...)."""
+
+    points: Array  # (..., 3), in view space, valid where `ahead`
+    ahead: Mask  # whether the face is visible at the corner, and its point is known to within MARGIN
+    is_shown: Mask  # True at one corner of a cell at least if the face is in the cell
+    may_be_seen: Mask  # False at all corners of a cell only if it is certain that the face is not in the cell
+    side: float  # as in Ground
+
+
+def _see_face(rays: Array, normal: Array, depth: float) -> _Face:
+    """Find a face along rays from the origin with the directions `rays` (..., 3)."""
+    lengths = np.linalg.norm(rays, axis=-1)
+    slope = rays @ normal
+    steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * lengths
+    ahead = steep & (slope * depth > 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        points = np.where(ahead, depth / slope, 0.0)[..., None] * rays
+    # With a margin, because rounding may change the sign of a slope near 0.
+    may_be_seen = slope * np.sign(depth) > -MARGIN * lengths
+    # The slope is linear in the pixel, so a cell sees the face if one of its corners does. Flat corners count as well,
+    # because rounding may change their sign.
+    return _Face(points, ahead, (ahead | ~steep) & (depth != 0.0), may_be_seen, float(np.sign(depth)))
+
+
+def _see_parallel(places: Array, normal: Array, depth: float) -> _Face:
+    """Find a face along orthographic rays, from `places` (..., >= 2) along -z."""
+    origins = np.concatenate([places[..., :2], np.zeros((*places.shape[:2], 1))], axis=-1)
+    slope = -float(normal[2])
+    depths = (depth - origins @ normal) * np.sign(slope)
+    # The depth is linear in the pixel, so a cell sees the face if one of its corners does. The margin covers rounding.
+    margin = MARGIN * (abs(depth) + np.linalg.norm(origins, axis=-1))
+    if abs(slope) <= _FLATTEST_PARALLEL:
+        flat = depths > -margin
+        return _Face(origins, np.zeros_like(flat), flat, flat, float(np.sign(slope)))
+    points = origins + (depths / abs(slope))[..., None] * (0.0, 0.0, -1.0)
+    shown = depths > -margin
+    return _Face(points, depths > margin, shown, shown, float(np.sign(slope)))
 
 
 def shadowed_cells(
@@ -112,7 +157,7 @@ def shadowed_cells(
         whole = ground.ahead & (ground.distance.max(axis=0) <= far)
         # A face that looks away from all of the light is dark anyway.
         height = float(ground.normal @ place) - ground.depth
-        faces = -height * np.sign(ground.depth) > -error.max(axis=0) - light.radius * (1.0 + MARGIN)
+        faces = -height * ground.side > -error.max(axis=0) - light.radius * (1.0 + MARGIN)
         if not np.any(faces | ~whole):
             continue
         around = around or _sum_occupied(occupied())

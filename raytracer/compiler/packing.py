@@ -99,8 +99,11 @@ def split_slopes(view: View, size: tuple[int, int], vectors: Array) -> tuple[Arr
     """Return the coarse and fine slopes (N, 3 each) of vectors (N, 3), for cameraSlope() in camera.glsl.
 
     A slope, dot(vector, direction), is a x + b y + c, with x and y in half pixels from the picture's centre. Each
-    coefficient is split into a multiple of `quantum` (coarse) and the rest (fine).
+    coefficient is split into a multiple of `quantum` (coarse) and the rest (fine). For orthographic rays both are 0,
+    because the shaders do not need them.
     """
+    if view.camera.projection == "orthographic":
+        return np.zeros_like(vectors), np.zeros_like(vectors)
     scale = pixel_scale(view.camera, size[1])
     slopes = vectors * (scale, scale, -1.0)
     largest = np.abs(slopes) @ (size[0], size[1], 1.0)
@@ -119,7 +122,7 @@ def camera_terms(view: View, size: tuple[int, int], coinciding: Ints) -> tuple[A
     coarse, fine = split_slopes(view, size, view.vectors)
     surfaces = view.surfaces
     spheres, bounded = surfaces.spheres, surfaces.bounded
-    sphere_powers = powers(surfaces.centers[:spheres], surfaces.radii[:spheres], view.camera.position)
+    sphere_powers = powers(surfaces.centers[:spheres], surfaces.radii[:spheres], view.eye)
     power = np.pad(sphere_powers, (0, surfaces.size - spheres))
     coarse = np.column_stack([coarse, power])
     coarse[spheres:bounded] = body_headers(surfaces.bodies)

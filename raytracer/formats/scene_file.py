@@ -20,9 +20,9 @@ from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError, check_path
 from raytracer.formats import instance_files, measured_files
 from raytracer.formats.companion_files import is_plain_name
-from raytracer.formats.scene_sections import build_scene
+from raytracer.formats.scene_sections import build_scene, camera_values
 from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, parse_section
-from raytracer.formats.toml_edit import replace_positions
+from raytracer.formats.toml_edit import add_table, replace_positions
 from raytracer.formats.toml_tables import check_table
 from raytracer.formats.toml_text import parse_toml
 from raytracer.scene.scene import Scene
@@ -33,7 +33,7 @@ MAX_BYTES = 4 * 1024 * 1024
 _SUFFIXES = (*instance_files.READERS, *measured_files.READERS)
 # The allowed and the required top-level keys of a scene file.
 _TOP = ("camera", "shapes", "parts", "objects", "materials", "lights", "instances", "ambient", "background", "settings")
-_NEEDED = ("camera", "shapes", "objects")
+_NEEDED = ("shapes", "objects")
 
 
 @public
@@ -187,6 +187,9 @@ def companion_paths(path: Path, text: str) -> list[Path]:
 def edit_positions(text: str, scene: Scene, folder: Path | None = None) -> str:
     """Replace the positions of the camera and the lights in a scene file's text, and keep everything else.
 
+    An orthographic camera may have another height, too. A text without a camera gets one at its end if the camera of
+    the scene is not the one that frames the objects.
+
     Args:
         text: the text of the scene file, whose comments and layout are kept.
         scene: the scene with the new positions. It must otherwise equal the scene in the text.
@@ -200,7 +203,11 @@ def edit_positions(text: str, scene: Scene, folder: Path | None = None) -> str:
     """
     text = _remove_mark(text)
     try:
-        edited = replace_positions(text, scene.camera.position, [light.position for light in scene.lights])
+        camera = camera_values(scene.camera)
+        moved = {name: value for name, value in camera.items() if name in ("position", "height")}
+        edited = replace_positions(text, moved, [light.position for light in scene.lights])
+        if "camera" not in parse_toml(text) and scene.camera != _parse(text, scene.name, folder)[0].camera:
+            edited = add_table(edited, "camera", camera)
         is_right = _parse(edited, scene.name, folder)[0] == scene
     except ValueError:
         is_right, edited = False, ""

@@ -68,11 +68,11 @@ def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[
     with within("lights"):
         lights = [_light(value, i) for i, value in enumerate(as_list(table.get("lights", [])))]
     with within("camera"):
-        camera = build(Camera, table["camera"])
+        camera = _camera(table["camera"]) if "camera" in table else None
     scene = Scene(
         objects=_join(objects, count),
         lights=lights,
-        camera=camera,
+        camera=camera,  # pyright: ignore[reportArgumentType]
         materials=tuple(materials.values()),
         name=name,
         **{key: table[key] for key in ("ambient", "background") if key in table},
@@ -88,6 +88,21 @@ def _check_operators(objects: dict[str, Any], parts: Any) -> None:
     if (count := sum(text.count(sign) for text in texts for sign in "~-&|")) > MAX_OPERATORS:
         where = "objects and parts" if parts else "all"
         raise InputError(f"expected at most {MAX_OPERATORS} operators in {where}, got {count}", "objects")
+
+
+def camera_values(camera: Camera) -> dict[str, Any]:
+    """Return the table of a scene file for a camera."""
+    scale = ("vertical_fov",) if camera.projection == "perspective" else ("projection", "height")
+    return {name: getattr(camera, name) for name in ("position", "look_at", "up", *scale)}
+
+
+def _camera(value: Any) -> Camera:
+    camera = build(Camera, value)
+    if camera.projection == "orthographic" and "vertical_fov" in value:
+        raise InputError(
+            "expected no vertical_fov with an orthographic projection: height sets the scale", "vertical_fov"
+        )
+    return camera
 
 
 def _light(value: Any, i: int) -> PointLight:

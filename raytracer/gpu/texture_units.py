@@ -11,11 +11,11 @@ SCENE_UNITS = {
     "ends": 6,
     "objects": 7,
     "measured": 8,
-    "bodies": 9,
+    "bodies": 16,
     "grids": 15,
-    "gridLeaves": 1,
+    "gridLeaves": 17,
 }
-# All samplers of the shaders. OpenGL 3.3 promises 16 units to each shader.
+# All samplers of the shaders. OpenGL 3.3 promises 48 units, and 16 samplers in each shader.
 UNITS = SCENE_UNITS | {
     "surface": 0,
     "normalDepth": 1,

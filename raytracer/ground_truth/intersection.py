@@ -54,10 +54,11 @@ class Tracer:
         self._trees = [postfix(solid) for solid in scene.solids()]
         self.leaves = [node for tree in self._trees for node in tree if isinstance(node, Primitive)]
         scene_surfaces = SceneSurfaces(self.leaves, scene.camera.position)
-        self._surfaces, self._faces = scene_surfaces.surfaces, scene_surfaces.faces
+        self._has_one_origin = scene.camera.projection == "perspective"
+        self.surfaces, self.faces = scene_surfaces.surfaces, scene_surfaces.faces
         # The leaf of each face, and the number of its surface: coincident faces have one number.
-        self.leaf = np.array([*(face.leaf for face in self._faces), -1], np.int32)
-        self.surface = np.array([*(face.surface for face in self._faces), -1], np.int32)
+        self.leaf = np.array([*(face.leaf for face in self.faces), -1], np.int32)
+        self.surface = np.array([*(face.surface for face in self.faces), -1], np.int32)
         self._first_face = np.searchsorted(self.leaf[:-1], np.arange(len(self.leaves) + 1))
         order = {material: i for i, material in enumerate(scene.materials)}
         material = np.array([*(order[leaf.material] for leaf in self.leaves), -1], np.int32)
@@ -72,7 +73,7 @@ class Tracer:
         return self._on(face, lambda surface: isinstance(surface, HalfSpace) and surface.is_at(light))
 
     def _on(self, face: NDArray[np.int32], test: Callable[[Surface], bool]) -> Mask:
-        return np.array([*map(test, self._surfaces), False])[self.surface[face]]
+        return np.array([*map(test, self.surfaces), False])[self.surface[face]]
 
     def _surface_spans(
         self,
@@ -84,10 +85,11 @@ class Tracer:
         distance: Array | None = None,
     ) -> list[list[Span]]:
         result: list[list[Span]] = []
-        for k, surface in enumerate(self._surfaces):
+        is_camera = start is None and self._has_one_origin
+        for k, surface in enumerate(self.surfaces):
             on = np.zeros(len(rd), bool) if start is None else self.surface[start] == k
             is_lit = light is not None and surface.is_at(light)
-            ends = Ends(start is None, on, n, light if is_lit else None, distance if is_lit else None)
+            ends = Ends(is_camera, on, n, light if is_lit else None, distance if is_lit else None)
             result.append(surface.spans(ro, rd, ends))
         return result
 
@@ -98,7 +100,7 @@ class Tracer:
         the optional arguments of first().
         """
         surface_spans = self._surface_spans(ro, rd, *ends)
-        face_spans = [surface_spans[face.surface][face.part] for face in self._faces]
+        face_spans = [surface_spans[face.surface][face.part] for face in self.faces]
         leaf_spans: list[Span] = []
         for first, last in itertools.pairwise(self._first_face):
             entry, exit = face_spans[first]
@@ -120,7 +122,7 @@ class Tracer:
             rd: the rays' directions, unit vectors [R, 3].
             ends: further arguments about the rays' ends, all or none, or only the first two:
                 start: the faces on which the rays start [R]. The root of their surfaces there is exactly 0 by
-                    definition, not computed. Without it, the rays start at the camera.
+                    definition, not computed. Without it, they are the rays of the camera.
                 n: the outward normals of these faces at the rays' origins [R, 3].
                 light: the light to which the rays go.
                 distance: the distance of the light [R]. It is the exact root for surfaces on which the light lies, and
@@ -163,9 +165,9 @@ class Tracer:
         result = np.zeros(P.shape)
         for k in np.unique(face[face >= 0]):
             on = face == k
-            surface = self._surfaces[self._faces[k].surface]
+            surface = self.surfaces[self.faces[k].surface]
             normals = surface.normals(P[on])
-            is_flipped = isinstance(surface, HalfSpace) and self._faces[k].part == 1
+            is_flipped = isinstance(surface, HalfSpace) and self.faces[k].part == 1
             result[on] = -normals if is_flipped else normals
         return result
 

@@ -82,10 +82,17 @@ class TaskTracer:
         """Trace the rays through points of the picture, in batches that fit into memory."""
         job = self._job
         rd = ray_tracer.rays_through(job.scene.camera, job.size, x.ravel(), y.ravel())
+        ro = ray_tracer.origins_through(job.scene.camera, job.size, x.ravel(), y.ravel())
         shifts = shifts if shifts is None else shifts.reshape(len(rd), -1, 2)
         parts = [
             ray_tracer.trace_rays(
-                job.scene, job.settings, self._tracer, rd[rows], _LIGHT_RAYS, None if shifts is None else shifts[rows]
+                job.scene,
+                job.settings,
+                self._tracer,
+                ro[rows],
+                rd[rows],
+                _LIGHT_RAYS,
+                None if shifts is None else shifts[rows],
             )
             for rows in (slice(start, start + self._rays) for start in range(0, len(rd), self._rays))
         ]

@@ -52,16 +52,19 @@ def trace(scene: Scene, size: tuple[int, int], settings: Settings | None = None,
     )
     tracer = Tracer(scene)
     for k in range(settings.samples):
-        directions = camera_rays(scene.camera, size, sample_points(k, size, settings.sequence, settings.samples))
+        point = sample_points(k, size, settings.sequence, settings.samples)
+        directions, origins = camera_rays(scene.camera, size, point), camera_origins(scene.camera, size, point)
         for top in range(0, height, _ROWS):
             rows = slice(top, min(top + _ROWS, height))
             shape = directions[rows].shape[:2]
-            results = trace_rays(scene, settings, tracer, directions[rows].reshape(-1, 3), rays)
+            ro, rd = origins[rows].reshape(-1, 3), directions[rows].reshape(-1, 3)
+            results = trace_rays(scene, settings, tracer, ro, rd, rays)
             image.radiance[rows] += results.radiance.reshape(*shape, 3)
             if k == 0:
                 if settings.samples > 1:
-                    centers = camera_rays(scene.camera, size)[rows].reshape(-1, 3)
-                    results = trace_rays(scene, settings, tracer, centers, rays)
+                    rd = camera_rays(scene.camera, size)[rows].reshape(-1, 3)
+                    ro = camera_origins(scene.camera, size)[rows].reshape(-1, 3)
+                    results = trace_rays(scene, settings, tracer, ro, rd, rays)
                 assert image.depth is not None and image.normal is not None and image.material is not None
                 image.depth[rows] = results.depth.reshape(shape)
                 image.normal[rows] = results.normal.reshape(*shape, 3)
@@ -71,29 +74,50 @@ def trace(scene: Scene, size: tuple[int, int], settings: Settings | None = None,
 
 
 def camera_rays(camera: Camera, size: tuple[int, int], point: ArrayLike = (0.5, 0.5)) -> Array:
-    """Return unit vectors from the camera through a point of every pixel [H, W, 3].
+    """Return unit vectors along the camera's rays through a point of every pixel [H, W, 3].
 
     `point` is the position in the pixel, from the top left, in [0, 1): the same for all pixels [2], or one for each
     pixel [H, W, 2]. Default: the centre.
     """
+    return rays_through(camera, size, *_places(size, point))
+
+
+def camera_origins(camera: Camera, size: tuple[int, int], point: ArrayLike = (0.5, 0.5)) -> Array:
+    """Return the origins of camera_rays(), relative to the camera's position [H, W, 3]."""
+    return origins_through(camera, size, *_places(size, point))
+
+
+def _places(size: tuple[int, int], point: ArrayLike) -> tuple[Array, Array]:
     width, height = size
     y, x = np.mgrid[:height, :width]
     offset = np.asarray(point)
-    return rays_through(camera, size, x + offset[..., 0], y + offset[..., 1])
+    return x + offset[..., 0], y + offset[..., 1]
 
 
 def rays_through(camera: Camera, size: tuple[int, int], x: Array, y: Array) -> Array:
-    """Return unit vectors from the camera through points of the picture [..., 3].
+    """Return unit vectors along the camera's rays through points of the picture [..., 3].
 
     `x` and `y` are in pixels from the picture's top left corner.
     """
     width, height = size
     right, up, forward = (np.array(axis) for axis in camera.axes())
+    if camera.projection == "orthographic":
+        return np.broadcast_to(forward, (*x.shape, 3))
     tangent = math.tan(math.radians(camera.vertical_fov) / 2.0)
     x = (2.0 * x / width - 1.0) * tangent * width / height
     y = (1.0 - 2.0 * y / height) * tangent
     rd = forward + x[..., None] * right + y[..., None] * up
     return rd / np.linalg.norm(rd, axis=-1, keepdims=True)
+
+
+def origins_through(camera: Camera, size: tuple[int, int], x: Array, y: Array) -> Array:
+    """Return the origins of rays_through(), relative to the camera's position [..., 3]."""
+    if camera.height is None:
+        return np.zeros((*x.shape, 3))
+    width, height = size
+    right, up, _ = (np.array(axis) for axis in camera.axes())
+    scale = camera.height / height
+    return scale * ((x - width / 2.0)[..., None] * right + (height / 2.0 - y)[..., None] * up)
 
 
 class RayResults(NamedTuple):
@@ -106,7 +130,7 @@ class RayResults(NamedTuple):
 
 
 def trace_rays(
-    scene: Scene, settings: Settings, tracer: Tracer, rd: Array, rays: int, shifts: Array | None = None
+    scene: Scene, settings: Settings, tracer: Tracer, ro: Array, rd: Array, rays: int, shifts: Array | None = None
 ) -> RayResults:
     """Trace rays from the camera.
 
@@ -114,14 +138,14 @@ def trace_rays(
         scene: the scene.
         settings: the settings: shading, shadows and bounces count.
         tracer: the Tracer of the scene.
+        ro: the rays' origins, relative to the camera [R, 3].
         rd: unit vectors [R, 3].
         rays: with soft shadows, the square root of the number of rays from a hit point to each light with a radius.
         shifts: positions of these rays in their parts of each light, in [0, 1) [R, lights, 2], see light_rays(). None:
             the middles.
     """
-    ro = np.zeros(rd.shape)
     t, face = tracer.first(ro, rd)
-    normal = tracer.normals(np.where(np.isfinite(t), t, 0.0)[:, None] * rd, face)
+    normal = tracer.normals(ro + np.where(np.isfinite(t), t, 0.0)[:, None] * rd, face)
     radiance = _radiance(scene, settings, tracer, ro, rd, t, face, normal, rays, shifts)
     return RayResults(radiance, t, -np.sign(dot(normal, rd))[:, None] * normal, tracer.material_index[face])
 

@@ -33,7 +33,7 @@ class Ends(NamedTuple):
     Of a ray from one point of a plane to another one, every point is a root: the plane's only one is at the light.
     """
 
-    is_camera: bool  # the rays start at the camera
+    is_camera: bool  # the rays start at the camera's position
     on: NDArray[np.bool_]  # (R,): the ray starts on the surface
     normals: Array | None  # (R, 3): outward, where the ray starts on the surface
     light: PointLight | None  # the light that lies on the surface, if any
@@ -46,18 +46,19 @@ class HalfSpace:
     def __init__(self, normal: Vec3, offset: float, eye: Vec3) -> None:
         self.normal, self._offset, self._eye = np.array(normal), offset, eye
 
-    def _depth(self, point: Vec3) -> float:
+    def depth(self, point: Vec3) -> float:
+        """Return the depth of a point below the face, negative outside, rounded once."""
         return math.fsum((self._offset, *(-n * p for n, p in zip(map(float, self.normal), point, strict=True))))
 
     def is_at(self, light: PointLight) -> bool:
         """Whether shadow rays to a light end on the surface, up to rounding."""
         largest = max(map(abs, (*light.position, self._offset)))
-        return not light.radius and abs(self._depth(light.position)) <= ROUNDING * largest
+        return not light.radius and abs(self.depth(light.position)) <= ROUNDING * largest
 
     def spans(self, ro: Array, rd: Array, ends: Ends) -> list[Span]:
         """Return the distances (entry, exit) of each part along the rays' lines; (inf, -inf) for a miss."""
         slope = rd @ self.normal
-        depth = np.where(ends.on, 0.0, self._depth(self._eye) - ro @ self.normal)
+        depth = np.where(ends.on, 0.0, self.depth(self._eye) - ro @ self.normal)
         with np.errstate(divide="ignore", invalid="ignore"):
             t = depth / slope if ends.distance is None else ends.distance
         return [_half_line(t, slope, depth), _half_line(t, -slope, -depth)]

@@ -54,6 +54,8 @@ def draw_geometry(device: Device, request: GeometryRequest) -> Geometry:
             part = renderer.read_geometry(rectangle[2:])
             for array, values in zip(geometry, part, strict=True):
                 array[place(rectangle, height)] = values
+    if frame.view.advance:  # added in float64, because it may be far larger than the distances
+        geometry.depth[...] = geometry.depth.astype(np.float64) + frame.view.advance
     return geometry
 
 

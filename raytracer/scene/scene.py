@@ -30,7 +30,7 @@ class Scene(Record, frozen=True):
     Args:
         objects: solids, and Instances of solids, at least one. Objects may overlap: a ray sees the nearest surface.
         lights: the point lights. May be empty.
-        camera: the camera.
+        camera: the camera. Default: Camera.framing() of the objects.
         ambient: the ambient light Ia, linear RGB, each at least 0. A surface reflects `ka` Ia of it, where `ka` is a
             parameter of its material. Default: (1, 1, 1).
         background: the radiance of a ray that hits nothing, linear RGB, each at least 0. Default: (0.5, 0.7, 0.9).
@@ -39,12 +39,13 @@ class Scene(Record, frozen=True):
         name: a label. Default: "scene".
 
     Raises:
-        InputError: a wrong value, or more than 1048576 primitives in all objects together.
+        InputError: a wrong value, more than 1048576 primitives in all objects together, or no camera and no object
+            with bounds.
     """
 
     objects: Sequence[Solid | Instances]
     lights: Sequence[PointLight]
-    camera: Camera
+    camera: Camera = None  # pyright: ignore[reportAssignmentType]
     ambient: Vec3 = (1.0, 1.0, 1.0)
     background: Vec3 = (0.5, 0.7, 0.9)
     materials: Sequence[Material] = ()
@@ -54,12 +55,14 @@ class Scene(Record, frozen=True):
         objects = self.objects
         if not isinstance(objects, SceneObjects):
             objects = SceneObjects(_tuple_of(objects, (Solid, Instances), "objects", "solids and Instances"))
-        if not isinstance(self.camera, Camera):
-            raise InputError(f"expected a Camera, got {format_value(self.camera)}", "camera")
+        camera = self.camera if self.camera is not None else _framing_camera(objects)
+        if not isinstance(camera, Camera):
+            raise InputError(f"expected a Camera, got {format_value(camera)}", "camera")
         materials = _tuple_of(self.materials, (Material,), "materials", "Materials")
         set_fields(
             self,
             objects=objects,
+            camera=camera,
             lights=_tuple_of(self.lights, (PointLight,), "lights", "PointLights"),
             ambient=color(self.ambient, "ambient"),
             background=color(self.background, "background"),
@@ -70,6 +73,14 @@ class Scene(Record, frozen=True):
     def solids(self) -> tuple[Solid, ...]:
         """Return all solids in order, with Instances expanded. Surfaces are numbered in this order."""
         return tuple(s for o in self.objects for s in (o.solids() if isinstance(o, Instances) else (o,)))
+
+
+def _framing_camera(objects: SceneObjects) -> Camera:
+    """Return the camera that frames the objects, which Scenes of the same objects share."""
+    try:
+        return objects.derive("framing camera", None, lambda: Camera.framing(objects))
+    except InputError as error:
+        raise InputError(error.reason, "camera") from None
 
 
 def check_scene(value: Any) -> Scene:

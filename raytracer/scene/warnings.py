@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 
 from raytracer.core.shown import format_value
-from raytracer.core.validation import Vec3
+from raytracer.scene.camera import Camera
 from raytracer.scene.materials.material import Material
 from raytracer.scene.materials.models import MODELS, REFLECTED
 from raytracer.scene.scene import Scene
@@ -84,9 +84,9 @@ def precision_warning(scene: Scene, settings: Settings) -> str | None:
     """
     if settings.precision == 64:
         return None
-    objects, eye = scene.objects, scene.camera.position
+    objects, camera = scene.objects, scene.camera
     assert isinstance(objects, SceneObjects)
-    farthest, smallest = objects.derive("reach", eye, lambda: _reach(objects, eye))
+    farthest, smallest = objects.derive("reach", camera, lambda: _reach(objects, camera))
     if farthest <= _RESOLVED * smallest:
         return None
     return (
@@ -96,19 +96,26 @@ def precision_warning(scene: Scene, settings: Settings) -> str | None:
     )
 
 
-def _reach(objects: SceneObjects, eye: Vec3) -> tuple[float, float]:
+def _reach(objects: SceneObjects, camera: Camera) -> tuple[float, float]:
     """Return the largest distance of a visible point, and the smallest radius; (0, inf) without bounded solids.
 
-    From outside, the farthest visible points of a ball are on its outline, from inside on its opposite side. float64
-    is accurate enough for a warning.
+    From outside, the farthest visible points of a ball are on its outline, from inside on its opposite side. An
+    orthographic camera counts as near the first ball, because its distance does not matter. float64 is accurate enough
+    for a warning.
     """
     import numpy as np
 
     from raytracer.scene.sizes import find_sizes
 
     centers, radii, halves = objects.derive("sizes", None, lambda: find_sizes(objects))
-    distance = np.linalg.norm(centers - eye, axis=1)
+    smallest = float(halves.min(initial=math.inf))
+    if camera.projection == "orthographic":
+        depth = (centers - camera.position) @ np.array(camera.axes()[2])
+        ahead = depth + radii > 0.0
+        first = float((depth - radii)[ahead].min(initial=math.inf))
+        return float(depth[ahead].max(initial=0.0)) - max(first, 0.0) if ahead.any() else 0.0, smallest
+    distance = np.linalg.norm(centers - camera.position, axis=1)
     outside = distance > radii
     outline = np.sqrt(np.where(outside, (distance - radii) * (distance + radii), 0.0))
     far = np.where(outside, outline, distance + radii)
-    return float(far.max(initial=0.0)), float(halves.min(initial=math.inf))
+    return float(far.max(initial=0.0)), smallest

@@ -42,9 +42,12 @@ SlabRoots slabAt(Ray ray, int texel) {
     real4 high = bodyAt(texel), low = bodyAt(texel + 1);
     real slope, height = 0.0;
     ivec2 surfaces = ivec2(0);
+#ifndef ORTHOGRAPHIC
     if (ray.ofCamera) {
         slope = cameraSlope(low.xyz, bodyAt(texel + 2).xyz);
-    } else {
+    } else
+#endif
+    {
         slope = dot(high.xyz, ray.rd);
         height = dot(high.xyz, ray.ro);
         surfaces = ivec2(bodyAt(texel + 3).xy);
@@ -72,7 +75,11 @@ void readForm(Ray ray, int texel, out real value, out real slope, out real3 grad
     real4 form = bodyAt(texel);
     gradient = form.xyz;
     value = ray.ofCamera ? form.w : dot(gradient, ray.ro) + form.w;
+#ifdef ORTHOGRAPHIC
+    slope = dot(gradient, ray.rd);
+#else
     slope = ray.ofCamera ? cameraSlope(bodyAt(texel + 1).xyz, bodyAt(texel + 2).xyz) : dot(gradient, ray.rd);
+#endif
 }
 
 Wall wallAt(Ray ray, int texel, int kind) {

@@ -1,8 +1,12 @@
 // The camera ray through this fragment's sample point, from the origin along -z.
-// Provides cameraRay(), cameraSlope(). All vectors are in view space.
+// Provides cameraRay(), and cameraSlope() in perspective. All vectors are in view space.
 //
 // For pixel (x, y), counted from the top left, and its sample point (sx, sy) in [0, 1)^2, the direction is
 //     ((2 (x + sx) / W - 1) tan(fov/2) W/H, (1 - 2 (y + sy) / H) tan(fov/2), -1).
+// If the host defines ORTHOGRAPHIC, the direction is (0, 0, -1). The x and y above are those of the ray's origin, with
+// half the picture's height instead of tan(fov/2), and its z is 0. Then the ray is like any other ray: the error of its
+// origin X is 3 u |X|, with u as in sphere.glsl. The direction is exact, so a slope has only the error of its vector's
+// z.
 //
 // All pixels share one sequence of sample points, but each pixel flips its own set of binary digits of their
 // coordinates (Kollig and Keller 2002, "Efficient multidimensional sampling", random digits). The points stay as evenly
@@ -23,7 +27,7 @@ vec2 samplePlace;           // the place of the sample that is drawn now
 flat in vec2 samplePlace;   // the sample point, from the pixel's upper left corner, in units of 2^-24 pixel
 #endif
 flat in real scatter;       // a mask of the digits that may be flipped: -1 for all, 0 for none
-flat in real pixelScale;    // tan(fov/2) / H
+flat in real pixelScale;    // tan(fov/2) / H, or half the side of a pixel if ORTHOGRAPHIC
 
 // The vector from the picture's centre to the pixel's centre, in half pixels: whole numbers, so exact.
 real2 halfPixels() {
@@ -47,6 +51,13 @@ real2 samplePoint() {
     return real2(vec2(place) * (1.0 / 8388608.0) - 1.0) * real2(1.0, -1.0);
 }
 
+#ifdef ORTHOGRAPHIC
+Ray cameraRay() {
+    Contact none = Contact(0, real3(0.0));
+    real3 origin = real3((halfPixels() + samplePoint()) * pixelScale, 0.0);
+    return Ray(origin, real3(0.0, 0.0, -1.0), false, none, none, INF);
+}
+#else
 // The direction through the sample point, with z = -1.
 real3 cameraDirection() {
     return real3((halfPixels() + samplePoint()) * pixelScale, -1.0);
@@ -72,3 +83,4 @@ real cameraSlope(real3 coarse, real3 fine) {
     real rest = dot(fine, pixel) + dot(coarse.xy + fine.xy, samplePoint());
     return (dot(coarse, pixel) + rest) * cameraScale();
 }
+#endif

@@ -27,7 +27,7 @@ struct Contact {
 struct Ray {
     real3 ro;
     real3 rd;       // unit to rounding
-    bool ofCamera;  // whether it is this fragment's camera ray
+    bool ofCamera;  // whether it is this fragment's camera ray in perspective, which starts at the origin
     Contact start;
     Contact end;    // at t = distance
     real distance;

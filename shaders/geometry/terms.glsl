@@ -1,7 +1,7 @@
 // The roots of a ray with the scene's surfaces; for camera rays the host computes the terms that would cancel.
 // Provides sphereTerms(), planeSlope(), sphereRoots(), planeRoots(), sameAs(), all in view space. Roots are distances
-// along the ray. Because all camera rays start at one point, the host can compute their terms in float64, once for each
-// surface.
+// along the ray. Because all camera rays in perspective start at one point, the host can compute their terms in
+// float64, once for each surface.
 // Needs sphere.glsl if there are spheres, and plane.glsl if there are planes.
 
 #include "geometry/surfaces.glsl"
@@ -15,7 +15,9 @@ int sameAs(Surface s) {
 #if defined(HAS_SPHERES) && !defined(NO_SPHERES)
 // The `terms` for sphereSpan() and sphereNormal().
 real2 sphereTerms(Ray ray, Surface s) {
+#ifndef ORTHOGRAPHIC
     if (ray.ofCamera) return real2(cameraSlope(s.coarse.xyz, s.fine.xyz), s.coarse.w);
+#endif
     real2 terms = sphereTermsOf(ray, s.shape);
     // If the camera is nearer to ro than the sphere's centre is, start from the camera's power: beside a huge sphere,
     // the distance of the centre is too coarse to resolve the distance of the surface.
@@ -33,7 +35,9 @@ real2 sphereRoots(Ray ray, Surface s) {
 #ifdef HAS_PLANES
 // The slope dot(normal, rd), for planeSpan().
 real planeSlope(Ray ray, Surface s) {
+#ifndef ORTHOGRAPHIC
     if (ray.ofCamera) return cameraSlope(s.coarse.xyz, s.fine.xyz);
+#endif
     return dot(s.shape.xyz, ray.rd);
 }
 

@@ -14,7 +14,7 @@ struct Draw {
     vec2 samplePlace;   // the sample point, from the pixel's upper left corner, in units of 2^-24 pixel
     real scatter;       // a mask of the digits of samplePlace that pixels may flip (camera.glsl): -1 all, 0 none.
                         // Not an int: llvmpipe corrupts a double that is alone in its slot, as pixelScale would be.
-    real pixelScale;    // tan(fov/2) / H
+    real pixelScale;    // tan(fov/2) / H, or half the side of a pixel of an orthographic picture
     vec3 ambient;
     vec3 background;
     int firstPlane;     // the index of the first plane (surfaces.glsl)

@@ -5,11 +5,12 @@
 #include "window/srgb.glsl"
 
 uniform sampler2D normalDepth;  // from visibility.frag
+uniform float advance;          // the distance from the camera to the origin of view space, 0 in perspective
 uniform float focus;            // the distance from the camera to the point that it looks at
 
 out vec4 radiance;
 
 void main() {
-    float t = texelFetch(normalDepth, ivec2(gl_FragCoord.xy), 0).w;
+    float t = texelFetch(normalDepth, ivec2(gl_FragCoord.xy), 0).w + advance;
     radiance = vec4(linearFromSrgb(vec3(1.0 / (1.0 + t / focus))), 1.0);
 }

@@ -56,7 +56,8 @@ def test_random_scenes_repeat_for_one_seed_and_cover_the_ranges() -> None:
     assert fuzz.random_scene(17) == fuzz.random_scene(17)
     random_scenes = [fuzz.random_scene(seed) for seed in range(300)]
     radii = [leaf.radius for s in random_scenes for o in s.solids() for leaf in _spheres(o)]
-    fovs = [s.camera.vertical_fov for s in random_scenes]
+    fovs = [s.camera.vertical_fov for s in random_scenes if s.camera.projection == "perspective"]
+    assert 0.1 < 1.0 - len(fovs) / 300 < 0.4
     assert min(radii) < 1e-6 and max(radii) > 1e6 and min(fovs) < 0.05 and max(fovs) > 150
     assert max(m.h for s in random_scenes for m in s.materials) > 3e5
 

@@ -98,6 +98,17 @@ def test_the_view_turns_with_the_mouse_and_keeps_the_target_in_the_middle() -> N
         assert math.dist(camera.position, camera.look_at) == pytest.approx(factor * distance)
 
 
+def test_an_orthographic_camera_comes_nearer_by_a_smaller_height_and_turns_as_any_other() -> None:
+    scene = rt.Scene([BALL], [], CAMERA.replace(projection="orthographic", height=3.0))
+    near = scale_camera(scene, 0.5).camera
+    assert near == scene.camera.replace(height=1.5)
+    assert (
+        turn_camera(scene, 0.3, 0.1).camera.position
+        == turn_camera(scene.replace(camera=CAMERA), 0.3, 0.1).camera.position
+    )
+    assert scale_camera(scene, 1e-30).camera.height == 1e-12
+
+
 def test_the_camera_stays_valid_after_any_number_of_moves() -> None:
     near = far = steep = light_at(0.0, 5.0, 0.0)
     for _ in range(1000):

@@ -52,6 +52,11 @@ def test_several_shapes_and_programs_look_the_same_with_candidate_lists(
     assert_lists_agree(renderer, scenes.lit_scene(*objects[4:], eye=(0.5, 1, 6)))
 
 
+def test_a_box_among_balls_leaves_the_balls_their_geometry(renderer: Renderer) -> None:
+    balls = [rt.Sphere((i * 1.5 - 9, 0, 0), 1, scenes.COLORS[i % 3]) for i in range(13)]
+    assert_lists_agree(renderer, scenes.lit_scene(*balls, rt.Box((-1, 1, -1), (1, 2, 1), GREY), eye=(0, 1, 19)))
+
+
 def test_the_first_of_several_coincident_objects_is_visible(renderer: Renderer, always_listed: None) -> None:
     a, a2, floor = rt.Sphere((0, 0, 0), 1, RED), rt.Sphere((0, 0, 0), 1, BLUE), rt.Plane((0, 1, 0), -2.5, RED)
     cut = rt.Sphere((0, 0, 0), 1, GREEN) & rt.Plane((0, 0, 1), 2)

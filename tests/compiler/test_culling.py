@@ -11,7 +11,7 @@ from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_sce
 from raytracer.compiler.direction_cells import CELL
 from raytracer.compiler.meshes import cell_blocks
 from raytracer.ground_truth.intersection import Tracer
-from raytracer.ground_truth.ray_tracer import camera_rays
+from raytracer.ground_truth.ray_tracer import camera_origins, camera_rays
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
 from raytracer.scene.solids.flattening import leaves
@@ -197,8 +197,9 @@ def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:
     cell = (size[1] - 1 - row.ravel()) // CELL, column.ravel() // CELL  # rows of cells count from the bottom
     for point in ((0.5, 0.5), (0.0, 0.0), (0.999, 0.999), (0.0, 0.999), (0.999, 0.0)):
         rd = camera_rays(scene.camera, size, point).reshape(-1, 3)
+        ro = camera_origins(scene.camera, size, point).reshape(-1, 3)
         is_plane_only = plane_only[cell]
-        t, surface = tracer.first(np.zeros(rd.shape), rd)
+        t, surface = tracer.first(ro, rd)
         assert single[surface][is_plane_only].all(), "only half-spaces or the background are visible"
         assert (surface[empty[cell]] == -1).all(), "only the background is visible"
         if not others:
@@ -207,7 +208,7 @@ def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:
             # A half-space alone never blocks light from a point on its surface, so any blocker is another object.
             here = is_plane_only & (surface == plane)
             alone = Tracer(msgspec.structs.replace(scene, objects=[*others, owner[plane]]))
-            P = t[here, None] * rd[here]
+            P = ro[here] + t[here, None] * rd[here]
             n = np.broadcast_to(owner[plane].unit()[0], P.shape)
             start = np.full(len(P), len(alone.leaves) - 1, np.int32)
             for light in scene.lights:
@@ -223,8 +224,9 @@ def assert_plane_only(scene: rt.Scene, size: tuple[int, int]) -> float:
     return float(plane_only.mean())
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(72))
 def test_a_plane_only_cell_has_no_other_object_and_no_shadow_of_another_object(seed: int) -> None:
+    # The last cameras are orthographic.
     rng = np.random.default_rng((3, seed))
     trees: list[Solid] = []
     while len(trees) < 1 + seed % 3:
@@ -240,6 +242,8 @@ def test_a_plane_only_cell_has_no_other_object_and_no_shadow_of_another_object(s
     eye[1] = abs(eye[1]) if rng.random() < 0.8 else eye[1]
     fov = float(rng.choice([2.0, 20.0, 60.0, 60.0, 110.0, 170.0]))
     camera = rt.Camera(tuple(eye.tolist()), tuple(rng.normal(size=3).tolist()), vertical_fov=fov)
+    if seed >= 60:
+        camera = camera.replace(projection="orthographic", height=10.0 ** rng.uniform(-0.5, 1.5))
     lights = [random_light(rng, -0.5, 1.5) for _ in range(2)]
     assert_plane_only(rt.Scene([*trees, *planes], lights, camera), (96, 64))
 

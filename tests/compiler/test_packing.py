@@ -26,7 +26,7 @@ def test_surfaces_share_a_number_exactly_if_they_are_equal_in_the_shaders(
     normals = [(0, 1, 0), (0, -1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)]
     planes = [rt.Plane(normal, offset) for normal in normals for offset in (-1, 0, 1) for _ in range(2)]
     scene = scenes.lit_scene(*balls, *planes, eye=(0, 0, 0), at=(0, 0, -1))
-    view = make_view(make_surfaces(scene), scene.camera)
+    view = make_view(make_surfaces(scene), scene.camera, (64, 48))
     numbers = packing.coincidences(view, precision)
     assert numbers.min() >= 1 and numbers.max() <= len(numbers)
 
@@ -43,5 +43,5 @@ def test_surfaces_share_a_number_exactly_if_they_are_equal_in_the_shaders(
 
 def test_surfaces_that_do_not_coincide_have_different_numbers() -> None:
     scene = scenes.lit_scene(*(rt.Sphere((i, 0, 0), 0.4) for i in range(50)))
-    numbers = packing.coincidences(make_view(make_surfaces(scene), scene.camera), 32)
+    numbers = packing.coincidences(make_view(make_surfaces(scene), scene.camera, (64, 48)), 32)
     assert len({*numbers.tolist()}) == 50

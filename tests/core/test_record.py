@@ -53,7 +53,7 @@ def test_replace_checks_its_values_and_suggests_a_name_for_a_misspelt_one() -> N
     scene = scenes.assignment()
     cases: list[tuple[Any, dict[str, Any], str]] = [
         (scene, {"camra": scene.camera}, "unknown field `camra` of Scene (known: objects, lights, camera, "),
-        (scene.camera, {"fov": 3}, "unknown field `fov` of Camera (known: position, look_at, up, vertical_fov); "),
+        (scene.camera, {"fov": 3}, "unknown field `fov` of Camera (known: position, look_at, up, vertical_fov, "),
         (rt.Settings(), {"sample": 3}, "unknown field `sample` of Settings "),
         (BALL, {"x": 3}, "unknown field `x` of Sphere (known: center, radius, material)"),
         (BALL, {"radius": -1}, "radius: expected"),

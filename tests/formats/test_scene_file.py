@@ -12,7 +12,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.app.cli import main
-from raytracer.app.viewer.orbit import turn_camera, turn_light
+from raytracer.app.viewer.orbit import scale_camera, turn_camera, turn_light
 from raytracer.formats.scene_file import companion_paths, edit_positions, examples, load, loads
 from raytracer.scene.solids.kinds import KINDS
 from tests import scenes
@@ -73,7 +73,22 @@ BAD = [
     ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nvertical_fov = 0", "camera.vertical_fov"),
     ("look_at = [0, 2, 0]", "look_at = [0, 3, 6]", "camera.look_at"),
     ("look_at = [0, 2, 0]", "look_at = [0, 9, 6]", "camera.up"),
-    ("[camera]\nposition = [0, 3, 6]\nlook_at = [0, 2, 0]", "", "missing key `camera`"),
+    (
+        "look_at = [0, 2, 0]",
+        'look_at = [0, 2, 0]\nprojection = "flat"',
+        "camera.projection: expected one of perspective,",
+    ),
+    ("look_at = [0, 2, 0]", "look_at = [0, 2, 0]\nheight = 3", "camera.height: expected no height without projection"),
+    (
+        "look_at = [0, 2, 0]",
+        'look_at = [0, 2, 0]\nprojection = "orthographic"',
+        "camera.height: expected the picture's",
+    ),
+    (
+        "look_at = [0, 2, 0]",
+        'look_at = [0, 2, 0]\nprojection = "orthographic"\nheight = 3\nvertical_fov = 30',
+        "camera.vertical_fov: expected no vertical_fov with an orthographic projection",
+    ),
     ('[objects]\none = "a - b"', "", "missing key `objects`"),
     ('one = "a - b"', "", "objects: expected at least one"),
     ('material = "red"', 'material = "rot"', "shapes.a.material"),
@@ -268,7 +283,7 @@ def test_an_invalid_scene_file_is_refused_in_one_line(tmp_path: Path, old: str, 
     assert match and errors.count("\n") == 1 and len(errors) < 400
     assert message in errors
     # A missing key, or a table that is wrong as a whole, is reported on the line of the table.
-    if match[1] and not message.startswith(("camera.up", "objects: ", "shapes.a: ")):
+    if match[1] and not message.startswith(("camera.up", "camera.height: expected the", "objects: ", "shapes.a: ")):
         first = GOOD[: GOOD.index(old)].count("\n") + 1
         assert first <= int(match[1]) <= first + new.count("\n")
     assert list(tmp_path.iterdir()) == [path], "nothing written"
@@ -415,3 +430,22 @@ def test_a_text_without_the_moved_light_is_refused() -> None:
     other = loads(GOOD.replace("[[lights]]\nposition = [4.0, 7.0, 4.0]", ""))
     with pytest.raises(RuntimeError, match="TOML layout"):
         edit_positions(GOOD, other)
+
+
+def test_a_file_without_a_camera_frames_its_objects_and_gets_the_camera_that_is_moved() -> None:
+    text = GOOD.replace("[camera]\nposition = [0, 3, 6]\nlook_at = [0, 2, 0]\n", "")
+    assert text != GOOD
+    scene = loads(text)
+    assert scene.camera == rt.Camera.framing(scene)
+    lit = turn_light(scene, 0, 1.0, -0.2)
+    assert "[camera]" not in edit_positions(text, lit)
+    moved = turn_camera(lit, 0.3, 0.1)
+    edited = edit_positions(text, moved)
+    assert edited.count("[camera]") == 1 and loads(edited).camera == moved.camera
+
+
+def test_the_height_of_a_moved_orthographic_camera_is_written() -> None:
+    text = GOOD.replace("look_at = [0, 2, 0]", 'look_at = [0, 2, 0]\nprojection = "orthographic"\nheight = 4 # high')
+    moved = scale_camera(turn_camera(loads(text), 0.3, 0.1), 0.5)
+    edited = edit_positions(text, moved)
+    assert "height = 2.0 # high" in edited and loads(edited).camera == moved.camera

@@ -11,6 +11,7 @@ from raytracer import glsl
 from raytracer.app.viewer.canvas import Canvas
 from raytracer.gpu import device
 from raytracer.gpu.device import Device
+from raytracer.gpu.texture_units import UNITS
 from raytracer.rendering.progressive import ProgressivePicture
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.settings import Settings
@@ -86,3 +87,8 @@ def test_the_window_keeps_the_programs_that_it_draws_with(renderer: Renderer, mo
         canvas.close()
     assert programs <= 12, "the programs of the last scene, the window and the error estimate"
     np.testing.assert_allclose(radiance, renderer.render(scene_with(4), SIZE, settings).radiance, rtol=1e-6)
+
+
+def test_each_sampler_has_a_texture_unit_of_its_own() -> None:
+    # A draw with two types of samplers at one unit draws nothing.
+    assert len({*UNITS.values()}) == len(UNITS)

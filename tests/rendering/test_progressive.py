@@ -192,8 +192,12 @@ def test_normals_depth_and_materials_have_the_documented_colours(live: Live, ren
     assert np.abs(draw_pixels(live, renderer, scene, ONE, "normal") - normals).max() <= 1
 
     focus = np.linalg.norm(np.subtract(scene.camera.position, scene.camera.look_at))
-    depth = 255 / (1 + image.depth / focus)
-    assert np.abs(draw_pixels(live, renderer, scene, ONE, "depth") - depth[..., None]).max() <= 1
+    for camera in (scene.camera, scene.camera.replace(projection="orthographic", height=4)):
+        view = scene.replace(camera=camera)
+        distances = renderer.render(view, SIZE, ONE).depth
+        assert distances is not None
+        depth = 255 / (1 + distances / focus)
+        assert np.abs(draw_pixels(live, renderer, view, ONE, "depth") - depth[..., None]).max() <= 1
 
     materials = draw_pixels(live, renderer, scene, ONE, "material")
     colors = [np.unique(materials[image.material == i], axis=0) for i in range(-1, 4)]

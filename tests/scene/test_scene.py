@@ -24,6 +24,9 @@ def test_a_repr_is_valid_python() -> None:
     assert eval(repr(scenes.assignment()), names) == scenes.assignment()
     tree = ~(rt.Sphere((1, 2, 3), 4) - (rt.Plane((0, 1, 0), 0) | ~rt.Sphere((0, 0, 0), 1)))
     assert eval(repr(tree), names) == tree
+    for camera in (rt.Camera((0, 2, 5), (0, 0, 0), projection="orthographic", height=2.5), CAMERA):
+        for same in (eval(repr(camera), names), pickle.loads(pickle.dumps(camera)), camera.replace()):
+            assert same == camera and hash(same) == hash(camera)
 
 
 def test_operators_have_the_precedence_of_python() -> None:
@@ -107,7 +110,7 @@ wrong: Any = rt  # untyped, for arguments of wrong types
         (lambda: wrong.Camera((0, 0, 0), (0, 0, 1), vertical_fov=0), "vertical_fov"),
         (lambda: wrong.Scene([], [], CAMERA), "objects: expected at least one"),
         (lambda: wrong.Scene(["ball"], [], CAMERA), "objects: expected solids"),
-        (lambda: wrong.Scene([rt.Sphere((0, 0, 0), 1)], [], None), "camera"),
+        (lambda: wrong.Scene([rt.Sphere((0, 0, 0), 1)], [], "front"), "camera: expected a Camera, got"),
         (lambda: wrong.Scene([rt.Sphere((0, 0, 0), 1)], [None], CAMERA), "lights"),
         (lambda: wrong.Scene([rt.Sphere((0, 0, 0), 1)], [], CAMERA, background=(0, 0, NAN)), "background"),
         (lambda: wrong.Union(rt.Sphere((0, 0, 0), 1), 3), "b: expected a solid"),

@@ -27,6 +27,8 @@ from raytracer.scene.solids.sphere import Sphere
 SIZE = (40, 30)
 # The number of consecutive seeds whose scenes share one structure, and so one compiled program.
 _SEEDS_PER_STRUCTURE = 25
+# The share of structures with an orthographic camera.
+_ORTHOGRAPHIC = 0.25
 # The most attempts at a scene in which something is visible; some structures are empty.
 _ATTEMPTS = 8
 # The most loops of a Roth filter that compiles within a second.
@@ -38,7 +40,7 @@ def random_scene(seed: int) -> Scene:
 
     Scale 1e-6 to 1e6; up to 1e6 scene sizes from the origin; radii over six orders of magnitude;
     the camera 1e-3 to 1e6 radii from the surface of one of the spheres, outside or inside;
-    fields of view from 1e-4 to 179.9 degrees; exponents 0 to 1e6; colours 1e-6 to 1e6.
+    fields of view from 1e-4 to 179.9 degrees; exponents 0 to 1e6; colours 1e-6 to 1e6. Some cameras are orthographic.
     """
     for attempt in itertools.count():
         try:
@@ -47,8 +49,10 @@ def random_scene(seed: int) -> Scene:
             )
         except InputError:  # beyond the limits of a scene: lengths above 1e12, radii below 1e-12
             continue
-        rays = ray_tracer.camera_rays(drawn.camera, (8, 6)).reshape(-1, 3)
-        if attempt == _ATTEMPTS or np.any(ray_tracer.Tracer(drawn).first(np.zeros(rays.shape), rays)[1] >= 0):
+        origins, rays = (
+            trace(drawn.camera, (8, 6)).reshape(-1, 3) for trace in (ray_tracer.camera_origins, ray_tracer.camera_rays)
+        )
+        if attempt == _ATTEMPTS or np.any(ray_tracer.Tracer(drawn).first(origins, rays)[1] >= 0):
             return drawn
     raise AssertionError
 
@@ -97,6 +101,8 @@ def _random_scene(structure: np.random.Generator, rng: np.random.Generator) -> S
     camera = Camera(
         tuple(eye.tolist()), tuple(target.tolist()), tuple(_direction(rng).tolist()), min(max(fov, 1e-4), 179.9)
     )
+    if structure.random() < _ORTHOGRAPHIC:
+        camera = camera.replace(projection="orthographic", height=2.0 * seen.radius * _log(rng, -1, 0.6))
     return Scene(solids, [light], camera)
 
 

@@ -35,6 +35,8 @@ def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset
     camera = msgspec.structs.replace(
         scene.camera, position=point(scene.camera.position), look_at=point(scene.camera.look_at)
     )
+    if camera.height is not None:
+        camera = camera.replace(height=camera.height * scale)
     lights = [
         msgspec.structs.replace(light, position=point(light.position), radius=light.radius * scale)
         for light in scene.lights

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from raytracer.analysis.cone_bounds import cone_ends
 from raytracer.analysis.numerics.findings import Finding
 from raytracer.analysis.numerics.wall_rays import VIEW, Aim, Kind, WallRays, place, points_on, random_walls, rays_at
 from raytracer.analysis.numerics.wall_truth import exact_intervals
 from raytracer.analysis.rounding_bounds import FEW_ROUNDINGS, UNIT, Array, Rays
 from raytracer.analysis.torus_bounds import torus_ends
-from raytracer.analysis.wall_bounds import Ends, Forms, cone_ends, forms_along, round_ends
+from raytracer.analysis.wall_bounds import Ends, Forms, forms_along, round_ends
 from raytracer.gpu import glsl_call
 from raytracer.rendering.renderer import Renderer
 

@@ -203,6 +203,8 @@ def _replace_scene(state: State, scene: Scene) -> State:
     camera, before = scene.camera, state.document.scene.camera
     if (camera.position, camera.look_at, camera.up) == (before.position, before.look_at, before.up):
         camera = msgspec.structs.replace(camera, position=state.scene.camera.position)
+    if (camera.projection, camera.height) == (before.projection, before.height):
+        camera = msgspec.structs.replace(camera, height=state.scene.camera.height)
     lights = list(scene.lights)
     for i, (old, moved) in enumerate(zip(state.document.scene.lights[: len(lights)], state.scene.lights, strict=False)):
         if lights[i].position == old.position:

@@ -44,7 +44,11 @@ def turn_camera(scene: Scene, right: float, up: float) -> Scene:
 
 
 def scale_camera(scene: Scene, factor: float) -> Scene:
-    """Multiply the camera's distance from `look_at` by `factor`, and return the new scene."""
+    """Multiply the camera's distance from `look_at` by `factor`, or an orthographic height. Return the new scene."""
+    height = scene.camera.height
+    if height is not None:
+        height = max(MIN_RADIUS, min(MAX_LENGTH, height * factor))
+        return msgspec.structs.replace(scene, camera=msgspec.structs.replace(scene.camera, height=height))
     return _with_camera(scene, _scale_arm(_arm(scene, scene.camera.position), factor))
 
 

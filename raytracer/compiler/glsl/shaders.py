@@ -216,6 +216,7 @@ def _defines(compiled: CompiledScene) -> dict[str, int | str]:
     if len(surfaces.bodies.parts):
         defines["HAS_BODIES"] = 1
         defines |= {_WALLS[kind]: 1 for kind in _wall_kinds(compiled)}
+    defines |= {"ORTHOGRAPHIC": 1} if compiled.scene.camera.projection == "orthographic" else {}
     defines |= {"MANY_ROUNDS": 1} if may_take_many_rounds(compiled) else {}
     if compiled.has_lists:
         defines |= {"PROGRAMS": 1} if compiled.batches.programs else {}
