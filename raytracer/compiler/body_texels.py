@@ -59,12 +59,13 @@ def body_texels(bodies: Bodies, view: BodyView, coinciding: Ints, split: Split) 
     at = begins[number] + SLAB * (np.arange(len(number)) - bodies.starts[number])
     slabs = len(bodies.high)
     coarse, fine = split(view.normals)
-    texels[at] = np.column_stack([view.normals, np.minimum(view.high, _NO_FACE)])
-    texels[at + 1] = np.column_stack([coarse, np.minimum(view.low, _NO_FACE)])
-    texels[at + 2, :3] = fine
-    texels[at + 3, :2] = np.where(
-        np.isfinite(np.column_stack([view.high, view.low])), coinciding[: 2 * slabs].reshape(-1, 2), 0
-    )
+    depths = np.column_stack([view.high, view.low])
+    surfaces = np.where(np.isfinite(depths), coinciding[: 2 * slabs].reshape(-1, 2), 0)
+    high, low = np.minimum(depths, _NO_FACE).T
+    texels[at] = np.column_stack([view.normals, high])
+    texels[at + 1, :3] = np.column_stack([low, surfaces])
+    texels[at + 2] = np.column_stack([coarse, high])
+    texels[at + 3] = np.column_stack([fine, low])
     kinds = bodies.kinds[bodies.walls >= 0]
     texels[walls] = np.column_stack([view.forms[:, 0, 3], view.powers, coinciding[2 * slabs :], np.zeros(len(walls))])
     for kind, forms in enumerate(_FORMS):
@@ -73,5 +74,6 @@ def body_texels(bodies: Bodies, view: BodyView, coinciding: Ints, split: Split) 
             place = walls[own] + WALL_HEADER + FORM * k
             coarse, fine = split(view.forms[own, form, :3])
             texels[place] = view.forms[own, form]
-            texels[place + 1, :3], texels[place + 2, :3] = coarse, fine
+            texels[place + 1] = np.column_stack([coarse, view.forms[own, form, 3]])
+            texels[place + 2, :3] = fine
     return texels

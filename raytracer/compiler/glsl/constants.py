@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from raytracer.compiler.batches import SHAPE_LEAVES
+from raytracer.compiler.batches import SHAPE_LEAVES, ShapeBatch
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.glsl.csg import NamedPlane, Tree
-from raytracer.compiler.glsl.csg_lists import most_leaves
+from raytracer.compiler.glsl.csg import NamedPlane
 
 # More varying components than any scene needs: the most is 125 and some.
 UNLIMITED_VARYINGS = 128
@@ -22,7 +21,7 @@ _SURFACE = 12
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
 # The components of the other varyings of cells.vert and shapes.vert (draw.glsl): vectors and colours; two numbers of
 # the type `real`; and the components for lists, for programs, for common shapes, and for lights with a radius.
-_DRAW, _DRAW_REALS, _DRAW_LISTS, _DRAW_PROGRAMS, _DRAW_SHAPES, _DRAW_SPHERE_LIGHTS = 12, 2, 3, 2, 3, 1
+_DRAW, _DRAW_REALS, _DRAW_LISTS, _DRAW_PROGRAMS, _DRAW_SHAPES, _DRAW_SPHERE_LIGHTS = 12, 2, 3, 2, 4, 1
 
 
 class Handed(NamedTuple):
@@ -42,7 +41,7 @@ def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
     real, layout, lights = compiled.options.precision // 32, compiled.layout, len(compiled.lights)
     wanted = Handed(
         [*_surface_names(compiled)],
-        most_leaves(shape_trees(compiled)) if compiled.has_lists and compiled.batches.shapes else 0,
+        _handed_leaves(compiled.batches.shapes) if compiled.has_lists else 0,
         lights <= CONSTANT_LIGHTS,
         len(compiled.batches.planes) == 1 and layout.is_small,
     )
@@ -77,9 +76,9 @@ def _select_fitting(room: int, shapes_room: int, wanted: Handed, lights: int, ma
     return Handed(surfaces, leaves, has_lights, wanted.material and material <= room)
 
 
-def shape_trees(compiled: CompiledScene) -> list[Tree]:
-    """Return the trees of the common shapes, with numbers of their own as leaves."""
-    return [batch.tree for batch in compiled.batches.shapes]
+def _handed_leaves(shapes: Sequence[ShapeBatch]) -> int:
+    """Return the number of an object's surfaces that are worth handing on: spheres, as bodies have further texels."""
+    return 0 if any(shape.bodies for shape in shapes) else max((shape.spheres for shape in shapes), default=0)
 
 
 def handed_names(compiled: CompiledScene, handed: Handed) -> dict[int, str]:

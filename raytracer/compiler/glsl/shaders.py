@@ -16,7 +16,7 @@ from raytracer.compiler.bodies import WALLS
 from raytracer.compiler.body_texels import count_texels
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.draws import SAMPLES_AT_ONCE
-from raytracer.compiler.glsl import csg, csg_lists
+from raytracer.compiler.glsl import csg, csg_shapes
 from raytracer.compiler.glsl.constants import (
     CONSTANT_LIGHTS,
     UNLIMITED_VARYINGS,
@@ -24,7 +24,6 @@ from raytracer.compiler.glsl.constants import (
     handed_constants,
     handed_names,
     named_planes,
-    shape_trees,
     surface_index,
 )
 from raytracer.compiler.glsl.materials import material_text, reflected_text
@@ -134,13 +133,14 @@ def _visibility_source(compiled: CompiledScene, handed: Handed, *, geometry: boo
 
 def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -> ProgramSource:
     """Generate the shaders that find the surfaces of objects of common shapes (batches.py)."""
-    trees = shape_trees(compiled)
+    shapes = compiled.batches.shapes
+    slots = csg_shapes.body_slots(shapes, compiled.surfaces.spheres, compiled.surfaces.bodies)
     defines = _defines(compiled)
-    spheres = [("Surface", f"sphere{j}", f"surfaceOf(first + {j})") for j in range(handed.leaves)]
+    spheres = [("Surface", f"sphere{j}", f"surfaceOf(first.x + {j})") for j in range(handed.leaves)]
     lines = _set_constants(spheres + _surface_constants(compiled, handed))
     vertex = assemble("passes/shapes.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
     planes = None if compiled.batches.programs else named_planes(compiled, handed)
-    generated = [*_includes(compiled, handed), "", *csg_lists.shapes_query_text(trees, planes, handed.leaves)]
+    generated = [*_includes(compiled, handed), "", *csg_shapes.shapes_query_text(shapes, slots, planes, handed.leaves)]
     defines |= {"SHAPES": 1} | ({"GEOMETRY": 1} if geometry else {})
     return ProgramSource(vertex, assemble("passes/visibility.frag", defines, {"scene.glsl": "\n".join(generated)}))
 
