@@ -17,6 +17,8 @@ Split: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
 # The texels of a slab, of a wall, and of each form of a wall (body.glsl).
 SLAB, WALL_HEADER, FORM = 4, 1, 3
+# The most slabs of a body whose code is written out: a box has three.
+FEW_SLABS = 3
 # The forms of walls by their kind: body.glsl reads only these. A round wall and a torus have a constant l0, in the
 # wall's header.
 _FORMS = (), (1, 2, 3), (0, 1, 2, 3), (1, 2, 3)
@@ -37,6 +39,19 @@ def _layout(bodies: Bodies) -> tuple[Ints, Ints, int]:
     ends = np.cumsum(slabs + sizes)
     begins = ends - slabs - sizes
     return begins, (begins + slabs)[bodies.walls >= 0], int(ends[-1]) if len(ends) else 0
+
+
+def body_size(slabs: int, kind: int) -> int:
+    """Return the number of texels of a body, by its slabs and its kind of wall."""
+    return SLAB * slabs + (WALL_HEADER + FORM * len(_FORMS[kind]) if kind else 0)
+
+
+def camera_texels(slabs: int, kind: int) -> list[int]:
+    """Return the texels that camera rays read of a body, counted from its first, by its slabs and its kind of wall."""
+    wall = SLAB * slabs
+    forms = range(wall + WALL_HEADER, wall + WALL_HEADER + FORM * len(_FORMS[kind]), FORM)
+    own = [texel for slab in range(0, wall, SLAB) for texel in (slab + 2, slab + 3)]
+    return [*own, *([wall] if kind else []), *(texel for form in forms for texel in (form + 1, form + 2))]
 
 
 def count_texels(bodies: Bodies) -> int:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from raytracer.compiler.batches import ShapeBatch
+from raytracer.compiler.glsl.body_slots import Slot
 from raytracer.compiler.glsl.csg import BLOCKED_AT, POINT_AT, RAY_CSG, NamedPlane
-from raytracer.compiler.glsl.csg_shapes import Slot, meet_shape_text
+from raytracer.compiler.glsl.csg_shapes import meet_shape_text
 from raytracer.compiler.glsl.list_walks import nearest_plane_lines, walk_object
 
 

@@ -3,43 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from raytracer.compiler.batches import ShapeBatch
-from raytracer.compiler.bodies import WALLS, Bodies
+from raytracer.compiler.glsl.body_slots import Slot, handed_begins
 from raytracer.compiler.glsl.csg import POINT_AT, RAY_CSG, LeafText, NamedPlane, hold_expression, owner_text
 from raytracer.compiler.glsl.list_walks import nearest_plane_lines, walk_object, walk_to_change
-
-
-class Slot(NamedTuple):
-    """The structure of the bodies number j of all objects, None for numbers that differ."""
-
-    slabs: int | None
-    kind: int | None  # of the wall, an index into WALLS
-    part: int | None  # of a torus; None for other bodies
-
-
-def body_slots(shapes: Sequence[ShapeBatch], spheres: int, bodies: Bodies) -> list[Slot]:
-    """Return the structure of the bodies of all objects, in their order in an object.
-
-    `spheres` is the number of spheres in the scene, `bodies` has all bodies.
-    """
-    slots = []
-    for j in range(max((batch.bodies for batch in shapes), default=0)):
-        own = np.concatenate([batch.first[:, 1] + j for batch in shapes if batch.bodies > j]) - spheres
-        kind = _common(bodies.kinds[own])
-        part = _common(bodies.parts[own]) if kind == WALLS.index("torus") else None
-        slots.append(Slot(_common(np.diff(bodies.starts)[own]), kind, part))
-    return slots
-
-
-def _common(values: NDArray[np.int64]) -> int | None:
-    """Return the value that all have, or None."""
-    return int(values[0]) if np.all(values == values[0]) else None
-
 
 _OTHERS_FROM_TEXTURE = [
     "uniform sampler2D others;",
@@ -50,7 +18,12 @@ _OTHERS_FROM_TEXTURE = [
 
 
 def shapes_query_text(
-    shapes: Sequence[ShapeBatch], slots: Sequence[Slot], planes: list[NamedPlane] | None, handed: int
+    shapes: Sequence[ShapeBatch],
+    slots: Sequence[Slot],
+    planes: list[NamedPlane] | None,
+    handed: int,
+    *,
+    with_texels: bool,
 ) -> list[str]:
     """Generate rayCSG() for camera rays against one object of a common shape, and otherAt() for all other objects.
 
@@ -59,6 +32,7 @@ def shapes_query_text(
         slots: The structure of their bodies.
         planes: The single half-spaces, if there are no other objects; None if an earlier draw found the other objects.
         handed: The number of the object's spheres that the vertex shader (shapes.vert) hands on.
+        with_texels: Whether it hands on the texels of the object's bodies.
     """
     spans = _spans(shapes)
     spheres = _most_spheres(shapes)
@@ -79,7 +53,7 @@ def shapes_query_text(
         "    mat = 0;",
         *(f"    Surface sphere{j} = surfaceOf(first.x + {j});" for j in range(handed, spheres)),
         *(f"    real2 s{j} = sphereRoots(ray, sphere{j});" for j in range(spheres)),
-        *_body_roots(shapes, slots, "shape", "first.y"),
+        *_body_roots(shapes, slots, "shape", _handed_headers(slots) if with_texels else _headers(slots, "first.y")),
         *walk_to_change(f"shapeHolds(shape, {spans}, at)", "if (next >= ray.distance) return ray.distance;"),
         f"    mat = shapeOwner(shape, first, {spans}, at);",
         *POINT_AT,
@@ -98,7 +72,7 @@ def meet_shape_text(shapes: Sequence[ShapeBatch], slots: Sequence[Slot], with_ow
         "    Item i = itemAt(item);",
         "    int object = i.object;",
         *(f"    real2 s{j} = sphereRoots(ray, surfaceOf(i, {j}));" for j in range(_most_spheres(shapes))),
-        *_body_roots(shapes, slots, "i.shape", "i.first.y"),
+        *_body_roots(shapes, slots, "i.shape", _headers(slots, "i.first.y")),
         *walk_object(
             f"shapeHolds(i.shape, {spans}, at)",
             f"shapeOwner(i.shape, i.first, {spans}, at)" if with_owner else "1",
@@ -128,21 +102,35 @@ def _leaf_text(shape: ShapeBatch, leaf: int) -> LeafText:
     return f"body{leaf - shape.spheres}", f"(first.y + {leaf - shape.spheres + 1})"
 
 
-def _body_roots(shapes: Sequence[ShapeBatch], slots: Sequence[Slot], shape: str, first: str) -> list[str]:
-    """Generate the lines that compute the roots of an object's bodies, body0, body1, ...
+def _headers(slots: Sequence[Slot], first: str) -> list[str]:
+    """Generate the lines that read the headers of an object's bodies, header0, header1, ..."""
+    lines: list[str] = []
+    for j, slot in enumerate(slots):
+        lines.append(f"    ivec4 header{j} = headerOf({first} + {j});")
+        for member, value in zip("yzw", slot, strict=True):
+            lines += [] if value is None else [f"    header{j}.{member} = {value};"]
+    return lines
+
+
+def _handed_headers(slots: Sequence[Slot]) -> list[str]:
+    """Generate the headers of bodies whose texels the vertex shader hands on: with negative numbers of texels."""
+    return [
+        f"    const ivec4 header{j} = ivec4({begin} - HANDED_TEXELS, {slot.slabs}, {slot.kind}, {slot.part});"
+        for j, (slot, begin) in enumerate(zip(slots, handed_begins(slots), strict=False))
+    ]
+
+
+def _body_roots(shapes: Sequence[ShapeBatch], slots: Sequence[Slot], shape: str, headers: list[str]) -> list[str]:
+    """Generate the lines that compute the roots of an object's bodies, body0, body1, ..., by their `headers`.
 
     The code of a slot has only the slabs and the wall that its bodies have: llvmpipe executes all code of a loop's
     round, whatever the conditions in it.
     """
-    lines: list[str] = []
+    lines = [*headers]
     for j, slot in enumerate(slots):
         if slot.part == 1 and j and slots[j - 1].part == 0:
             lines.append(f"    real2 body{j} = parts{j - 1}.zw;")
-            continue
-        lines.append(f"    ivec4 header{j} = headerOf({first} + {j});")
-        for member, value in zip("yzw", (slot.slabs, slot.kind, slot.part), strict=True):
-            lines += [] if value is None else [f"    header{j}.{member} = {value};"]
-        if slot.part == 0 and j + 1 < len(slots) and slots[j + 1].part == 1:
+        elif slot.part == 0 and j + 1 < len(slots) and slots[j + 1].part == 1:
             lines.append(f"    real4 parts{j} = rootsOfParts(ray, header{j});")
             lines.append(f"    real2 body{j} = parts{j}.xy;")
         else:

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.glsl import csg, csg_lists
+from raytracer.compiler.glsl.body_slots import body_slots
 from raytracer.compiler.glsl.constants import Handed, named_planes, surface_texts
-from raytracer.compiler.glsl.csg_shapes import body_slots
 from raytracer.compiler.roth_bounds import max_hits
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids.body import Placed
