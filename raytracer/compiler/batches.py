@@ -8,7 +8,7 @@ such as a ground, are tested for every ray, unless there are many. All other obj
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple, TypeAlias, TypeVar
 
@@ -16,11 +16,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.csg_pruning import LEAF_SHIFT, NEGATED, OR_LEAF, Pruner
+from raytracer.compiler.csg_pruning import Pruner
+from raytracer.compiler.long_chains import is_long_chain
 from raytracer.scene.scene_objects import SceneObjects
 from raytracer.scene.solids.body import Placed
 from raytracer.scene.solids.plane import Plane
-from raytracer.scene.solids.solid import Complement, Difference, Intersection, Primitive, Solid, Union
+from raytracer.scene.solids.solid import Complement, Difference, Intersection, Solid, Union
 from raytracer.scene.solids.sphere import Sphere
 
 Array = NDArray[np.float64]
@@ -39,11 +40,8 @@ SHAPES, SHAPE_LEAVES = 4, 4
 # at most, for which SLACK of lists.glsl has room. A thinner lens is seldom an object.
 _THICK = 0.25
 
-# The smallest number of leaves of a long chain, which has a grid. For shorter chains, the lists of cells are short.
-LONG = 48
-# The largest number of leaves of a long chain that every ray is tested against, CORE of grid.glsl; and the largest
-# number of objects of one tree that have grids, of which each may take 70 MB.
-CORE, _MOST_GRIDS = 4, 16
+# The largest number of objects of one tree that have grids, of which each may take 70 MB.
+_MOST_GRIDS = 16
 
 # The largest number of single half-spaces that are written out in the code (llvmpipe takes two seconds to compile 100).
 # If there are more, they become programs.
@@ -140,7 +138,7 @@ def make_batches(objects: SceneObjects) -> Batches:
                 seen[kind] += 1
         order = _sequences(number[own], 1, counts[own])
         pruner = Pruner(tree)
-        is_long = len(columns) >= LONG and len(order) <= _MOST_GRIDS and is_bounded(shape) and _is_chain(pruner, tree)
+        is_long = len(order) <= _MOST_GRIDS and is_bounded(shape) and is_long_chain(pruner, tree)
         programs.append(ProgramBatch(pruner, np.column_stack(columns), order, is_long))
     shapes = [
         ShapeBatch(
@@ -158,19 +156,6 @@ def make_batches(objects: SceneObjects) -> Batches:
     numbers = np.arange(number[-1])
     orders = [np.repeat(numbers, np.repeat(count, counts)) for count in leaves]
     return Batches(shapes, programs, named, np.concatenate(orders))
-
-
-def _is_chain(pruner: Pruner, tree: Sequence[Solid]) -> bool:
-    """Return whether a tree is a chain of which all leaves but a few are negated and bounded.
-
-    A union is the complement of a conjunction, whose leaves are negated.
-    """
-    if not pruner.is_chain:
-        return False
-    codes = pruner.whole_program()
-    is_plane = np.array([isinstance(leaf, Plane) for leaf in tree if isinstance(leaf, Primitive)])
-    negated = ((codes & NEGATED) != 0) != ((codes[-1] & 7) == OR_LEAF)
-    return int(np.count_nonzero(~negated | is_plane[codes >> LEAF_SHIFT])) <= CORE
 
 
 def _running_sums(counts: Ints) -> Ints:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 from raytracer.compiler.batches import ShapeBatch
+from raytracer.compiler.bodies import WALLS
 from raytracer.compiler.glsl.body_slots import Slot, handed_begins
 from raytracer.compiler.glsl.csg import POINT_AT, RAY_CSG, LeafText, NamedPlane, hold_expression, owner_text
 from raytracer.compiler.glsl.list_walks import nearest_plane_lines, walk_object, walk_to_change
 
+# The kind of wall and the part of the two bodies of a torus.
+_PARTS = [(WALLS.index("torus"), 0), (WALLS.index("torus"), 1)]
 _OTHERS_FROM_TEXTURE = [
     "uniform sampler2D others;",
     "Nearest otherAt(Ray ray) {",
@@ -127,10 +131,13 @@ def _body_roots(shapes: Sequence[ShapeBatch], slots: Sequence[Slot], shape: str,
     round, whatever the conditions in it.
     """
     lines = [*headers]
-    for j, slot in enumerate(slots):
-        if slot.part == 1 and j and slots[j - 1].part == 0:
+    tori = [
+        j for j, pair in enumerate(itertools.pairwise(slots)) if [(slot.kind, slot.part) for slot in pair] == _PARTS
+    ]
+    for j in range(len(slots)):
+        if j - 1 in tori:
             lines.append(f"    real2 body{j} = parts{j - 1}.zw;")
-        elif slot.part == 0 and j + 1 < len(slots) and slots[j + 1].part == 1:
+        elif j in tori:
             lines.append(f"    real4 parts{j} = rootsOfParts(ray, header{j});")
             lines.append(f"    real2 body{j} = parts{j}.xy;")
         else:
