@@ -1,12 +1,14 @@
 """The batches of a scene with many primitives: its objects, grouped by the way in which they are drawn.
 
-Small objects of spheres that share one tree, instances above all, share code: a shape. Single half-spaces, such as a
-ground, are tested for every ray, unless there are many. All other objects are evaluated as programs (csg_pruning.py).
+Small objects of spheres and bodies that share one tree, instances above all, share code: a shape. Single half-spaces,
+such as a ground, are tested for every ray, unless there are many. All other objects are evaluated as programs
+(csg_pruning.py).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple, TypeAlias, TypeVar
 
@@ -14,11 +16,12 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.csg_pruning import LEAF_SHIFT, NEGATED, OR_LEAF, Pruner
+from raytracer.compiler.csg_pruning import Pruner
+from raytracer.compiler.long_chains import is_long_chain
 from raytracer.scene.scene_objects import SceneObjects
 from raytracer.scene.solids.body import Placed
 from raytracer.scene.solids.plane import Plane
-from raytracer.scene.solids.solid import Complement, Difference, Intersection, Primitive, Solid, Union
+from raytracer.scene.solids.solid import Complement, Difference, Intersection, Solid, Union
 from raytracer.scene.solids.sphere import Sphere
 
 Array = NDArray[np.float64]
@@ -37,11 +40,8 @@ SHAPES, SHAPE_LEAVES = 4, 4
 # at most, for which SLACK of lists.glsl has room. A thinner lens is seldom an object.
 _THICK = 0.25
 
-# The smallest number of leaves of a long chain, which has a grid. For shorter chains, the lists of cells are short.
-LONG = 48
-# The largest number of leaves of a long chain that every ray is tested against, CORE of grid.glsl; and the largest
-# number of objects of one tree that have grids, of which each may take 70 MB.
-CORE, _MOST_GRIDS = 4, 16
+# The largest number of objects of one tree that have grids, of which each may take 70 MB.
+_MOST_GRIDS = 16
 
 # The largest number of single half-spaces that are written out in the code (llvmpipe takes two seconds to compile 100).
 # If there are more, they become programs.
@@ -54,11 +54,18 @@ Shape = tuple[type[Solid], ...]  # the node types of a postfix tree
 
 
 class ShapeBatch(NamedTuple):
-    """The n objects of one shape, with compiled code; each has k spheres."""
+    """The n objects of one shape, with compiled code."""
 
-    tree: list[Solid | int]  # postfix, with leaves as numbers
-    first: Ints  # (n,): index of the object's first surface
+    tree: list[Solid | int]  # postfix, with leaves as numbers: the spheres first, then the bodies
+    spheres: int  # the number of leaves that are spheres
+    bodies: int  # the number of leaves that are bodies
+    first: Ints  # (n, 2): index of the object's first sphere and of its first body
     order: Ints  # (n,): number of the object in the scene
+
+    def surface(self, leaf: int) -> Ints:
+        """Return the surface index of a leaf of each object (n,)."""
+        is_body = leaf >= self.spheres
+        return self.first[:, int(is_body)] + (leaf - self.spheres * is_body)
 
 
 class ProgramBatch(NamedTuple):
@@ -100,7 +107,7 @@ def make_batches(objects: SceneObjects) -> Batches:
     candidates = [
         shape
         for shape in totals
-        if not {Placed, Plane, Complement} & set(shape) and shape.count(Sphere) <= SHAPE_LEAVES
+        if not {Plane, Complement} & set(shape) and shape.count(Sphere) + shape.count(Placed) <= SHAPE_LEAVES
     ]
     compiled = sorted(candidates, key=lambda shape: -totals[shape])[:SHAPES]
     leaves = np.zeros((len(_LEAVES), len(objects)), np.int64)  # in one object of each entry
@@ -131,12 +138,16 @@ def make_batches(objects: SceneObjects) -> Batches:
                 seen[kind] += 1
         order = _sequences(number[own], 1, counts[own])
         pruner = Pruner(tree)
-        is_long = len(columns) >= LONG and len(order) <= _MOST_GRIDS and is_bounded(shape) and _is_chain(pruner, tree)
+        is_long = len(order) <= _MOST_GRIDS and is_bounded(shape) and is_long_chain(pruner, tree)
         programs.append(ProgramBatch(pruner, np.column_stack(columns), order, is_long))
     shapes = [
         ShapeBatch(
             _number_leaves(objects.tree(own[0])),
-            _sequences(firsts[Sphere][own], shape.count(Sphere), counts[own]),
+            shape.count(Sphere),
+            shape.count(Placed),
+            np.column_stack(
+                [_sequences(firsts[kind][own], shape.count(kind), counts[own]) for kind in (Sphere, Placed)]
+            ),
             _sequences(number[own], 1, counts[own]),
         )
         for shape in compiled
@@ -145,19 +156,6 @@ def make_batches(objects: SceneObjects) -> Batches:
     numbers = np.arange(number[-1])
     orders = [np.repeat(numbers, np.repeat(count, counts)) for count in leaves]
     return Batches(shapes, programs, named, np.concatenate(orders))
-
-
-def _is_chain(pruner: Pruner, tree: Sequence[Solid]) -> bool:
-    """Return whether a tree is a chain of which all leaves but a few are negated and bounded.
-
-    A union is the complement of a conjunction, whose leaves are negated.
-    """
-    if not pruner.is_chain:
-        return False
-    codes = pruner.whole_program()
-    is_plane = np.array([isinstance(leaf, Plane) for leaf in tree if isinstance(leaf, Primitive)])
-    negated = ((codes & NEGATED) != 0) != ((codes[-1] & 7) == OR_LEAF)
-    return int(np.count_nonzero(~negated | is_plane[codes >> LEAF_SHIFT])) <= CORE
 
 
 def _running_sums(counts: Ints) -> Ints:
@@ -172,9 +170,12 @@ def _sequences(starts: Ints, step: int, counts: Ints) -> Ints:
 
 
 def _number_leaves(tree: list[Solid]) -> list[Solid | int]:
-    """Replace the leaves of a postfix tree by their numbers."""
-    count = iter(range(len(tree)))
-    return [next(count) if isinstance(node, Primitive) else node for node in tree]
+    """Replace the leaves of a postfix tree by their numbers: the spheres first, then the bodies."""
+    spheres, bodies = itertools.count(), itertools.count(sum(isinstance(node, Sphere) for node in tree))
+    return [
+        next(spheres) if isinstance(node, Sphere) else next(bodies) if isinstance(node, Placed) else node
+        for node in tree
+    ]
 
 
 def is_bounded(shape: Shape) -> bool:
@@ -220,15 +221,17 @@ class Balls(NamedTuple):
     # (n, 3): if the object's spheres move by up to d along x, y or z, a ball that is larger by growth * d still holds
     # it.
     growth: Array
-    largest: Array  # (n,): the radius of the largest sphere
+    largest: Array  # (n,): the radius of the largest sphere or ball of a body
+    are_spheres: bool  # whether they are spheres of the scene
 
 
 def bounding_balls(batch: ShapeBatch, centers: Array, radii: Array) -> Balls:
-    """Return bounding spheres of a batch's objects. `centers` and `radii` have all spheres of the scene."""
+    """Return bounding spheres of a batch's objects. `centers` and `radii` have all spheres, and balls of all bodies."""
 
     def ball(leaf: int) -> Balls:
-        place = centers[batch.first + leaf]
-        return Balls(place, radii[batch.first + leaf], np.zeros_like(place), radii[batch.first + leaf])
+        surface = batch.surface(leaf)
+        place, radius = centers[surface], radii[surface]
+        return Balls(place, radius, np.zeros_like(place), radius, leaf < batch.spheres)
 
     return combine_bounds(batch.tree, ball, _balls_around_intersections, _balls_around_unions)
 
@@ -239,14 +242,15 @@ def _balls_around_intersections(a: Balls, b: Balls) -> Balls:
     Let r be the smaller radius, and let both balls grow by d, or approach each other by 2 d. The plane of the lens's
     edge then moves by at most 2 d, and the square of the edge's radius grows by at most 4 r d + d^2. So an edge of the
     radius R, or less, grows beyond R by at most (2 r / R + 1) d. To bound this growth, R is at least a share _THICK of
-    r. Only spheres make lenses here: the growth of lenses of lenses would be the product.
+    r. Only spheres make lenses here: the growth of lenses of lenses would be the product, and the faces of a body move
+    by more than its ball.
     """
     apart = b.centers - a.centers
     distance = np.linalg.norm(apart, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         along = (distance + (a.radii - b.radii) * (a.radii + b.radii) / distance) / 2.0  # from a to the lens's edge
         square = (a.radii - along) * (a.radii + along)
-        lens = (along > 0.0) & (along < distance) & (square > 0.0) & ~np.any(a.growth + b.growth, axis=1)
+        lens = (along > 0.0) & (along < distance) & (square > 0.0) & (a.are_spheres and b.are_spheres)
         axis = apart / distance[:, None]
     first = a.radii <= b.radii
     smaller = np.where(first, a.radii, b.radii)
@@ -260,6 +264,7 @@ def _balls_around_intersections(a: Balls, b: Balls) -> Balls:
         np.where(lens, edge, smaller),
         choose(np.abs(axis) * (3.0 + 2.0 * smaller / edge)[:, None], a.growth, b.growth),
         np.maximum(a.largest, b.largest),
+        are_spheres=False,
     )
 
 
@@ -270,4 +275,4 @@ def _balls_around_unions(a: Balls, b: Balls) -> Balls:
     # The share of the way from a's centre to b's: 0 if a holds b, 1 if b holds a.
     share = np.clip((radius - a.radii) / np.where(distance > 0.0, distance, 1.0), 0.0, 1.0)
     center = a.centers + share[:, None] * (b.centers - a.centers)
-    return Balls(center, radius, np.maximum(a.growth, b.growth), np.maximum(a.largest, b.largest))
+    return Balls(center, radius, np.maximum(a.growth, b.growth), np.maximum(a.largest, b.largest), are_spheres=False)

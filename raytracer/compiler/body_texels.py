@@ -17,6 +17,8 @@ Split: TypeAlias = Callable[[Array], tuple[Array, Array]]
 
 # The texels of a slab, of a wall, and of each form of a wall (body.glsl).
 SLAB, WALL_HEADER, FORM = 4, 1, 3
+# The most slabs of a body whose code is written out: a box has three.
+FEW_SLABS = 3
 # The forms of walls by their kind: body.glsl reads only these. A round wall and a torus have a constant l0, in the
 # wall's header.
 _FORMS = (), (1, 2, 3), (0, 1, 2, 3), (1, 2, 3)
@@ -39,6 +41,19 @@ def _layout(bodies: Bodies) -> tuple[Ints, Ints, int]:
     return begins, (begins + slabs)[bodies.walls >= 0], int(ends[-1]) if len(ends) else 0
 
 
+def body_size(slabs: int, kind: int) -> int:
+    """Return the number of texels of a body, by its slabs and its kind of wall."""
+    return SLAB * slabs + (WALL_HEADER + FORM * len(_FORMS[kind]) if kind else 0)
+
+
+def camera_texels(slabs: int, kind: int) -> list[int]:
+    """Return the texels that camera rays read of a body, counted from its first, by its slabs and its kind of wall."""
+    wall = SLAB * slabs
+    forms = range(wall + WALL_HEADER, wall + WALL_HEADER + FORM * len(_FORMS[kind]), FORM)
+    own = [texel for slab in range(0, wall, SLAB) for texel in (slab + 2, slab + 3)]
+    return [*own, *([wall] if kind else []), *(texel for form in forms for texel in (form + 1, form + 2))]
+
+
 def count_texels(bodies: Bodies) -> int:
     """Return the number of texels of all faces."""
     return _layout(bodies)[2]
@@ -59,12 +74,13 @@ def body_texels(bodies: Bodies, view: BodyView, coinciding: Ints, split: Split) 
     at = begins[number] + SLAB * (np.arange(len(number)) - bodies.starts[number])
     slabs = len(bodies.high)
     coarse, fine = split(view.normals)
-    texels[at] = np.column_stack([view.normals, np.minimum(view.high, _NO_FACE)])
-    texels[at + 1] = np.column_stack([coarse, np.minimum(view.low, _NO_FACE)])
-    texels[at + 2, :3] = fine
-    texels[at + 3, :2] = np.where(
-        np.isfinite(np.column_stack([view.high, view.low])), coinciding[: 2 * slabs].reshape(-1, 2), 0
-    )
+    depths = np.column_stack([view.high, view.low])
+    surfaces = np.where(np.isfinite(depths), coinciding[: 2 * slabs].reshape(-1, 2), 0)
+    high, low = np.minimum(depths, _NO_FACE).T
+    texels[at] = np.column_stack([view.normals, high])
+    texels[at + 1, :3] = np.column_stack([low, surfaces])
+    texels[at + 2] = np.column_stack([coarse, high])
+    texels[at + 3] = np.column_stack([fine, low])
     kinds = bodies.kinds[bodies.walls >= 0]
     texels[walls] = np.column_stack([view.forms[:, 0, 3], view.powers, coinciding[2 * slabs :], np.zeros(len(walls))])
     for kind, forms in enumerate(_FORMS):
@@ -73,5 +89,6 @@ def body_texels(bodies: Bodies, view: BodyView, coinciding: Ints, split: Split) 
             place = walls[own] + WALL_HEADER + FORM * k
             coarse, fine = split(view.forms[own, form, :3])
             texels[place] = view.forms[own, form]
-            texels[place + 1, :3], texels[place + 2, :3] = coarse, fine
+            texels[place + 1] = np.column_stack([coarse, view.forms[own, form, 3]])
+            texels[place + 2, :3] = fine
     return texels

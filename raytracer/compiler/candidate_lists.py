@@ -34,10 +34,15 @@ from raytracer.compiler.program_rows import (
     rows_without_spheres,
 )
 from raytracer.compiler.view_space import View, camera_grid, grown_radii, project_balls
+from raytracer.scene.camera import Camera
 from raytracer.scene.lights import PointLight
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+# The amount by which a body may reach beyond its corners, as a share of their distance: where faces meet at an angle
+# of more than a thousandth, float32 roots move an edge by less. It is a quarter of a pixel or so.
+_CORNER_GROWTH = 2.0**-12
 
 
 class CasterLists(NamedTuple):
@@ -57,7 +62,7 @@ class Items(NamedTuple):
     radii: Array  # (N,)
     growth: Array  # (N,): if rounding moves spheres by d, the balls must grow by growth * d
     shape: Ints
-    first: Ints  # index of each object's first surface
+    first: Ints  # (N, 2): index of each object's first sphere and of its first body
     order: Ints  # each object's number in the scene
 
 
@@ -65,8 +70,9 @@ def make_items(view: View, batches: Batches) -> Items:
     """Collect the objects of common shapes as a camera sees them."""
     shapes = batches.shapes
     around = [bounding_balls(batch, view.surfaces.centers, view.surfaces.radii) for batch in shapes]
-    none = Balls(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0))
-    ball = Balls(*map(np.concatenate, zip(none, *around, strict=True)))
+    none = np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros(0)
+    parts = zip(none, *(ball[:4] for ball in around), strict=True)
+    ball = Balls(*map(np.concatenate, parts), are_spheres=False)
     away = ball.centers - view.eye
     centers = away @ view.rotation.T
     growth = np.maximum(np.linalg.norm(ball.growth, axis=1), 1.0)
@@ -82,7 +88,7 @@ def make_items(view: View, batches: Batches) -> Items:
         grown_radii(view.camera, centers, ball.radii, growth) + ROUNDING_GROWTH * (along + 4.0 * growth * ball.largest),
         growth,
         np.repeat(np.arange(len(shapes)), [len(batch.first) for batch in shapes]),
-        np.concatenate([np.zeros(0, np.int64), *(batch.first for batch in shapes)]),
+        np.concatenate([np.zeros((0, 2), np.int64), *(batch.first for batch in shapes)]),
         np.concatenate([np.zeros(0, np.int64), *(batch.order for batch in shapes)]),
     )
 
@@ -116,9 +122,9 @@ class Lister:
         # For rays from any origin, with the spheres as float32 rounds them.
         moved = ROUNDING_GROWTH * items.growth * np.linalg.norm(items.centers, axis=1)
         texels[:, 0, :3], texels[:, 0, 3] = items.centers, items.radii + moved
-        texels[:, 1, :3] = np.column_stack([items.shape, items.first, items.order])
-        # Behind the surfaces of a small object there are numbers of other surfaces, which the shader ignores.
-        leaf = np.minimum(items.first[:, None] + np.arange(SHAPE_LEAVES), len(numbers) // 4 - 1)
+        texels[:, 1] = np.column_stack([items.shape, items.first[:, 0], items.order, items.first[:, 1]])
+        # Behind the spheres of a small object there are numbers of other surfaces, which the shader ignores.
+        leaf = np.minimum(items.first[:, :1] + np.arange(SHAPE_LEAVES), len(numbers) // 4 - 1)
         texels[:, 2], texels[:, 3] = numbers[4 * leaf + 1, 3], numbers[4 * leaf + 2, 3]
         return texels.reshape(-1, 4)
 
@@ -126,16 +132,16 @@ class Lister:
         """Return the rectangles in which the camera may see objects of common shapes, and a bound of their distances.
 
         A rectangle (8 numbers) has the first column and row of pixels (0 is the lowest row), one past the last column
-        and row, the shape, the index of the first surface, the object's number in the scene, and 0. The rectangles
-        (N, 8) are in the order of the scene, without the objects outside the picture. All distances are less than the
-        bound.
+        and row, the shape, the index of the first sphere, the object's number in the scene, and the index of the first
+        body. The rectangles (N, 8) are in the order of the scene, without the objects outside the picture. All
+        distances are less than the bound.
         """
         corner, step, _ = camera_grid(self._view.camera, size)
         pixel = step / CELL
         items = self._items
         lo, hi = self._bounds()
         first, last = overlapped_cells(lo, hi, corner, (pixel, pixel), size)
-        rows = np.column_stack([first, last + 1, items.shape, items.first, items.order, np.zeros_like(items.shape)])
+        rows = np.column_stack([first, last + 1, items.shape, items.first[:, 0], items.order, items.first[:, 1]])
         rows = rows[last[:, 0] >= first[:, 0]]
         farthest = np.linalg.norm(items.centers, axis=1) + items.radii
         return rows[np.argsort(rows[:, 6])].astype(np.int32), 2.0 * float(farthest.max(initial=0.5))
@@ -143,12 +149,17 @@ class Lister:
     def _bounds(self) -> tuple[Array, Array]:
         """Return the bounds of objects of common shapes by project_balls().
 
-        They are the bounds of the bounding sphere, narrowed to the bounds of the object's spheres.
+        They are the bounds of the bounding sphere, narrowed to the bounds of the object's leaves.
         """
+        camera, view = self._view.camera, self._view
 
         def leaf(number: int) -> tuple[Array, Array]:
-            return project_balls(
-                self._view.camera, self._centers[batch.first + number], self._radii[batch.first + number]
+            surface = batch.surface(number)
+            bounds = project_balls(camera, self._centers[surface], self._radii[surface])
+            if number < batch.spheres:
+                return bounds
+            return _intersect_bounds(
+                bounds, _corner_bounds(camera, view.bodies.corners[surface - view.surfaces.spheres])
             )
 
         lo, hi = np.empty((2, len(self._items.radii), 2))
@@ -270,6 +281,15 @@ class Lister:
         if len(around):  # otherwise any empty list serves
             ends[count == 0] = len(entries), len(entries) + len(around)
         return Lists(ends, np.concatenate((entries, around))), total
+
+
+def _corner_bounds(camera: Camera, corners: Array) -> tuple[Array, Array]:
+    """Return the bounds (low, high), each (N, 2), by project_balls(), of convex bodies, by their corners (N, 8, 3)."""
+    radii = _CORNER_GROWTH * np.linalg.norm(corners, axis=2)
+    low, high = (bound.reshape(-1, 8, 2) for bound in project_balls(camera, corners.reshape(-1, 3), radii.ravel()))
+    # A body that reaches behind the camera may be seen anywhere.
+    is_ahead = np.all(-corners[..., 2] > 2.0 * radii, axis=1)[:, None]
+    return np.where(is_ahead, low.min(axis=1), -np.inf), np.where(is_ahead, high.max(axis=1), np.inf)
 
 
 def _intersect_bounds(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:

@@ -35,21 +35,21 @@ vec4 ballAt(int item) {
 
 struct Item {
     int shape;
-    int first;   // index of its first surface
+    ivec2 first; // index of its first sphere and of its first body
     int object;  // its number in the scene
-    vec4 power;  // coarse.w of each of its surfaces (surfaces.glsl)
+    vec4 power;  // coarse.w of each of its spheres (surfaces.glsl)
     vec4 same;   // the coincidence number of each, sameAs()
 };
 
 Item itemAt(int item) {
     vec4 numbers = itemsAt(4 * item + 1);
-    return Item(int(numbers.x), int(numbers.y), int(numbers.z), itemsAt(4 * item + 2), itemsAt(4 * item + 3));
+    return Item(int(numbers.x), ivec2(numbers.yw), int(numbers.z), itemsAt(4 * item + 2), itemsAt(4 * item + 3));
 }
 
-// The item's surface number `leaf`, with the members that rays to a light need. It reads fewer texels than surfaceOf()
+// The item's sphere number `leaf`, with the members that rays to a light need. It reads fewer texels than surfaceOf()
 // of the surface's index.
 Surface surfaceOf(Item i, int leaf) {
-    return Surface(shapeOf(i.first + leaf), vec4(i.power[leaf]), vec4(i.same[leaf]));
+    return Surface(shapeOf(i.first.x + leaf), vec4(i.power[leaf]), vec4(i.same[leaf]));
 }
 
 // The nearest surface so far; among several at one distance, the surface of the object that comes first in the scene.

@@ -5,10 +5,13 @@
 // its part of a torus. The host defines HAS_ROUND_WALLS, HAS_CONE_WALLS and HAS_TORI for the kinds in use, and includes
 // their files before this one.
 // raytracer/compiler/body_texels.py packs the texels:
-//     a slab:  the unit normal and the depth of the camera below the high face; the coarse slopes of the normal
-//              (camera.glsl) and the depth above the low face; the fine slopes; the coincidence numbers of both faces
+//     a slab:  the unit normal and the depth of the camera below the high face; the depth above the low face, and the
+//              coincidence numbers of the high and the low face; for camera rays the coarse slopes of the normal
+//              (camera.glsl) and again the first depth; the fine slopes and the second depth
 //     a wall:  l0 if it is constant, the power of the camera (wall.glsl), the coincidence number, 0; then for each form
-//              its gradient and its value at the camera, the coarse slopes, and the fine slopes
+//              its gradient and its value at the camera; for camera rays the coarse slopes and again the value; the fine
+//              slopes
+// So any ray reads two texels of a slab.
 
 #include "geometry/terms.glsl"
 #include "geometry/slab.glsl"
@@ -28,6 +31,10 @@ real4 bodyAt(int texel) {
 uniform samplerBuffer bodies;
 
 vec4 bodyAt(int texel) {
+#ifdef HANDED_TEXELS
+    // The vertex shader hands on the texels before the first one (shapes.vert).
+    if (texel < 0) return handedAt(texel + HANDED_TEXELS);
+#endif
     return texelFetch(bodies, texel);
 }
 #endif
@@ -39,20 +46,16 @@ struct SlabRoots {
 };
 
 SlabRoots slabAt(Ray ray, int texel) {
-    real4 high = bodyAt(texel), low = bodyAt(texel + 1);
-    real slope, height = 0.0;
-    ivec2 surfaces = ivec2(0);
 #ifndef ORTHOGRAPHIC
     if (ray.ofCamera) {
-        slope = cameraSlope(low.xyz, bodyAt(texel + 2).xyz);
-    } else
-#endif
-    {
-        slope = dot(high.xyz, ray.rd);
-        height = dot(high.xyz, ray.ro);
-        surfaces = ivec2(bodyAt(texel + 3).xy);
+        real4 coarse = bodyAt(texel + 2), fine = bodyAt(texel + 3);
+        real slope = cameraSlope(coarse.xyz, fine.xyz);
+        return SlabRoots(slabSpan(ray, coarse.w, fine.w, slope, ivec2(0)), slope);
     }
-    return SlabRoots(slabSpan(ray, high.w - height, low.w + height, slope, surfaces), slope);
+#endif
+    real4 high = bodyAt(texel), low = bodyAt(texel + 1);
+    real slope = dot(high.xyz, ray.rd), height = dot(high.xyz, ray.ro);
+    return SlabRoots(slabSpan(ray, high.w - height, low.x + height, slope, ivec2(low.yz)), slope);
 }
 
 #if defined(HAS_ROUND_WALLS) || defined(HAS_CONE_WALLS) || defined(HAS_TORI)
@@ -72,14 +75,17 @@ struct Wall {
 
 // Set the value, the slope and the gradient of the form at `texel`.
 void readForm(Ray ray, int texel, out real value, out real slope, out real3 gradient) {
-    real4 form = bodyAt(texel);
-    gradient = form.xyz;
-    value = ray.ofCamera ? form.w : dot(gradient, ray.ro) + form.w;
-#ifdef ORTHOGRAPHIC
-    slope = dot(gradient, ray.rd);
-#else
-    slope = ray.ofCamera ? cameraSlope(bodyAt(texel + 1).xyz, bodyAt(texel + 2).xyz) : dot(gradient, ray.rd);
+    gradient = bodyAt(texel).xyz;
+#ifndef ORTHOGRAPHIC
+    if (ray.ofCamera) {
+        real4 coarse = bodyAt(texel + 1);
+        value = coarse.w;
+        slope = cameraSlope(coarse.xyz, bodyAt(texel + 2).xyz);
+        return;
+    }
 #endif
+    value = dot(gradient, ray.ro) + bodyAt(texel).w;
+    slope = dot(gradient, ray.rd);
 }
 
 Wall wallAt(Ray ray, int texel, int kind) {
@@ -117,10 +123,9 @@ real2 wallRoots(Ray ray, Wall wall, int kind, int part) {
     }
 #endif
 #ifdef HAS_TORI
-    real2 span = torusSpan(wall.p, wall.d, part);
-    bool isKnown = wall.surface == ray.start.surface || wall.surface == ray.end.surface;
-    if (ray.ofCamera || !isKnown) return span;
-    return torusEnds(ray, part, wall.surface, span, torusSpan(wall.p, wall.d, 1 - part));
+    if (ray.ofCamera) return torusSpan(wall.p, wall.d, part);
+    real4 spans = torusRoots(wall.p, wall.d, 0, 4);
+    return torusEnds(ray, part, wall.surface, part == 0 ? spans.xy : spans.zw, part == 0 ? spans.zw : spans.xy);
 #else
     return real2(INF, -INF);
 #endif
@@ -142,9 +147,8 @@ real3 wallNormal(Wall wall, int kind, real t, bool enters) {
 }
 #endif
 
-// The roots of the ray's whole line with the body; (INF, -INF) for a miss.
-real2 bodyRoots(Ray ray, Surface s) {
-    ivec4 header = ivec4(s.coarse);
+// The roots of the ray's whole line with the body of a header; (INF, -INF) for a miss.
+real2 rootsOf(Ray ray, ivec4 header) {
     int texel = header.x, kind = header.z;
     real2 span = real2(-INF, INF);
     for (int i = 0; i < header.y; i++) {
@@ -160,6 +164,23 @@ real2 bodyRoots(Ray ray, Surface s) {
 #endif
     return span.x < span.y ? span : real2(INF, -INF);
 }
+
+real2 bodyRoots(Ray ray, Surface s) {
+    return rootsOf(ray, ivec4(s.coarse));
+}
+
+#ifdef HAS_TORI
+// The roots of both parts of a torus, .xy and .zw, with the bits of bodyRoots(). `header` is that of part 0.
+real4 rootsOfParts(Ray ray, ivec4 header) {
+    const real4 NONE = real4(INF, -INF, INF, -INF);
+    Wall wall = wallAt(ray, header.x, TORUS_WALL);
+    real4 both = torusRoots(wall.p, wall.d, 0, 4);
+    both = real4(
+        torusEnds(ray, 0, wall.surface, both.xy, both.zw), torusEnds(ray, 1, wall.surface, both.zw, both.xy)
+    );
+    return real4(both.x < both.y ? both.xy : NONE.xy, both.z < both.w ? both.zw : NONE.zw);
+}
+#endif
 
 // A face of a body at a hit.
 struct Face {
@@ -178,9 +199,9 @@ Face bodyFace(Ray ray, Surface s, bool enters) {
         SlabRoots slab = slabAt(ray, texel);
         if ((enters ? slab.span.x : slab.span.y) == t) {
             bool isHigh = (slab.slope > 0.0) != enters;
-            real4 surfaces = bodyAt(texel + 3);
+            real4 low = bodyAt(texel + 1);
             real3 normal = bodyAt(texel).xyz;
-            return Face(Contact(int(isHigh ? surfaces.x : surfaces.y), isHigh ? normal : -normal), true, t);
+            return Face(Contact(int(isHigh ? low.y : low.z), isHigh ? normal : -normal), true, t);
         }
         texel += 4;
     }

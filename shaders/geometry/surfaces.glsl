@@ -1,5 +1,5 @@
 // The scene's primitives, in view space: spheres, bodies and planes.
-// Provides struct Surface, surfaceOf(), isBody(), firstPlane, indexOf(). Bodies are all other primitives (body.glsl).
+// Provides struct Surface, surfaceOf(), headerOf(), isBody(), firstPlane, indexOf(). Bodies are all other primitives (body.glsl).
 //
 // A surface's index counts the spheres first, then the bodies, then the planes. The host defines HAS_SPHERES,
 // HAS_BODIES and HAS_PLANES if there are any, FIRST_PLANE as the index of the first plane, and SURFACES as the number
@@ -47,6 +47,11 @@ uniform samplerBuffer numbers;  // 4 texels for each surface: shape, coarse, fin
 
 vec4 shapeOf(int index) {
     return texelFetch(numbers, 4 * index);
+}
+
+// The header of a body (body.glsl).
+ivec4 headerOf(int index) {
+    return ivec4(texelFetch(numbers, 4 * index + 1));
 }
 
 Surface surfaceOf(int index) {

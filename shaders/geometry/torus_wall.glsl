@@ -1,5 +1,5 @@
 // The intersection of a ray with a torus: up to two intervals, and the normals at their ends.
-// Provides torusSpan(), torusEnds(), torusNormal(). All vectors and lengths are in view space.
+// Provides torusRoots(), torusSpan(), torusEnds(), torusNormal(). All vectors and lengths are in view space.
 //
 // The torus has the points with (hypot(l1, l2) - 1)^2 + l3^2 <= l0^2 for a constant l0 < 1. `p` and `d` are the forms
 // of wall.glsl along the ray, so d.x is 0. l1, l2, l3 are the coordinates in the torus's frame in units of the major
@@ -25,11 +25,14 @@
 #include "geometry/wall.glsl"
 
 // Steps of Newton's method from the first guesses, which have float32's bits or fewer: each step doubles the number of
-// right bits. Near a tangent the first steps only halve the distance to the root.
+// right bits. Near a tangent the first steps only halve the distance to the root. The last step is shorter than
+// ROOT_ERROR, the rounding of a length in the torus's frame: about 3 u.
 #ifdef DOUBLES
 const int CUBIC_STEPS = 5, ROOT_STEPS = 16;
+const real ROOT_ERROR = 4.0e-16;
 #else
 const int CUBIC_STEPS = 3, ROOT_STEPS = 12;
+const real ROOT_ERROR = 2.0e-7;
 #endif
 
 // A ray in the torus's frame.
@@ -79,12 +82,15 @@ real outerZero(real P, real K) {
 
 // The root of F between `outside`, where F >= 0, and `inside`, where F <= 0. The first guess is `s`.
 real torusRoot(TorusRay ray, real outside, real inside, real s) {
-    for (int i = 0; i < ROOT_STEPS; i++) {
+    // Compilers do not unroll a loop with such a count. An unrolled loop would take all steps for all pixels.
+    for (int left = 1 << ROOT_STEPS; left != 0; left >>= 1) {
         real2 F = torusValue(ray, s);
         if (F.x > 0.0) outside = s; else inside = s;
         real next = s - 0.5 * F.x / F.y;
         bool kept = next >= min(outside, inside) && next <= max(outside, inside);
+        real before = s;
         s = kept ? next : 0.5 * (outside + inside);
+        if (abs(s - before) <= ROOT_ERROR) break;
     }
     return s;
 }
@@ -97,14 +103,13 @@ real halfChord(TorusRay ray, real F, real P, real s) {
     return curvature > 0.0 ? sqrt(max(-F * H / curvature, 0.0)) : real(0.0);
 }
 
-// The interval `part` of the ray's whole line; (INF, -INF) if the ray has no such interval.
-real2 torusSpan(real4 p, real4 d, int part) {
-    const real2 NONE = real2(INF, -INF);
+// Both intervals of the ray's whole line, .xy and .zw; (INF, -INF) for one that the ray does not have. Only the roots
+// from number `first` to `end` - 1 of the four are computed.
+real4 torusRoots(real4 p, real4 d, int first, int end) {
     TorusRay ray = torusRay(p, d);
     real square = dot(ray.m, ray.m), reach = (1.0 + ray.minor) * (1.0 + ray.minor) - square;
-    if (reach <= 0.0) return NONE;
-    // All points of the torus are within +-end. The factor covers the rounding of reach.
-    real end = sqrt(reach) * 1.00001 + 0.00001;
+    // All points of the torus are within +-far. The factor covers the rounding of reach.
+    real far = sqrt(max(reach, 0.0)) * 1.00001 + 0.00001;
     real P = square + (1.0 - ray.minor) * (1.0 + ray.minor) - 2.0 * dot(ray.e.xy, ray.e.xy);
     real K = 2.0 * ray.m.z * ray.e.z;
     real outer = outerZero(P, K);
@@ -116,26 +121,35 @@ real2 torusSpan(real4 p, real4 d, int part) {
         real wide = 0.5 * (-outer + (outer < 0.0 ? sqrt(others) : -sqrt(others))), narrow = -outer - wide;
         zeros = real3(min(outer, wide), narrow, max(outer, wide));
     }
-    zeros = clamp(zeros, -end, end);
+    zeros = clamp(zeros, -far, far);
     real3 F = real3(torusValue(ray, zeros.x).x, torusValue(ray, zeros.y).x, torusValue(ray, zeros.z).x);
-    real4 bracket;  // outside, inside; inside, outside
-    if (F.y < 0.0) {
-        if (part == 1) return NONE;
-        bracket = real4(-end, F.x < 0.0 ? zeros.x : zeros.y, F.z < 0.0 ? zeros.z : zeros.y, end);
-    } else {
-        bool first = F.x < 0.0, second = F.z < 0.0;
-        if (part == 1 ? !(first && second) : !(first || second)) return NONE;
-        bracket = part == 0 && first ? real4(-end, zeros.x, zeros.x, zeros.y) : real4(zeros.y, zeros.z, zeros.z, end);
+    // The four brackets are between an end of the ray or the middle zero, outside, and a zero inside.
+    bool before = F.x < 0.0, behind = F.z < 0.0, isOne = F.y < 0.0;
+    int parts = reach <= 0.0 ? 0 : isOne || before != behind ? 1 : before ? 2 : 0;
+    real4 outside = real4(-far, zeros.y, zeros.y, far), inside = zeros.xxzz;
+    if (isOne) {
+        inside.x = before ? zeros.x : zeros.y;
+        inside.y = behind ? zeros.z : zeros.y;
+        outside.y = far;
+    } else if (!before) {
+        outside.xy = outside.zw;
+        inside.xy = inside.zw;
     }
-    real2 roots = real2(0.0);
-    for (int i = 0; i < 2; i++) {
-        real inside = bracket[i + 1], outside = bracket[3 * i];
-        real reached = halfChord(ray, torusValue(ray, inside).x, P, inside);
-        real guess = inside + (i == 0 ? -reached : reached);
-        bool kept = reached > 0.0 && guess >= min(inside, outside) && guess <= max(inside, outside);
-        roots[i] = torusRoot(ray, outside, inside, kept ? guess : 0.5 * (inside + outside));
+    real4 roots = real4(INF, -INF, INF, -INF);
+    for (int i = first; i < min(end, 2 * parts); i++) {
+        real reached = halfChord(ray, torusValue(ray, inside[i]).x, P, inside[i]);
+        real guess = inside[i] + ((i & 1) == 0 ? -reached : reached);
+        bool kept = reached > 0.0 && guess >= min(inside[i], outside[i]) && guess <= max(inside[i], outside[i]);
+        guess = kept ? guess : 0.5 * (inside[i] + outside[i]);
+        roots[i] = (torusRoot(ray, outside[i], inside[i], guess) + ray.middle) / ray.speed;
     }
-    return (roots + ray.middle) / ray.speed;
+    return roots;
+}
+
+// The interval `part` of the ray's whole line; (INF, -INF) if the ray has no such interval.
+real2 torusSpan(real4 p, real4 d, int part) {
+    real4 roots = torusRoots(p, d, 2 * part, 2 * part + 2);
+    return part == 0 ? roots.xy : roots.zw;
 }
 
 // The interval of a ray whose start or end may be known to lie on the torus. The root nearest to the known point

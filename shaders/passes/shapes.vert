@@ -5,12 +5,12 @@
 #include "passes/draw.glsl"
 #include "geometry/surfaces.glsl"
 
-// 2 texels for each object: first column and row of pixels, and one past the last; shape, index of the first surface,
-// and number in the scene.
+// 2 texels for each object: first column and row of pixels, and one past the last; shape, index of the first sphere,
+// number in the scene, and index of the first body.
 uniform isamplerBuffer objects;
 
 flat out int shape;
-flat out int first;
+flat out ivec2 first;
 flat out int object;
 
 #include "constants.glsl"
@@ -29,7 +29,7 @@ void main() {
     gl_PointSize = float(max(bounds.z - bounds.x, bounds.w - bounds.y));
     ivec4 numbers = objectAt(2 * i + 1);
     shape = numbers.x;
-    first = numbers.y;
+    first = numbers.yw;
     object = numbers.z;
     handOn();
     setConstants();

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-
 from raytracer.analysis.cell_bounds import placed_roots
+
 from raytracer.analysis.rounding_bounds import UNIT, Rays, RoundedView
 from raytracer.scene.solids.body import Placed
 from raytracer.scene.solids.box import Box

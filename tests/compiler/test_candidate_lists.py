@@ -57,6 +57,57 @@ def test_a_box_among_balls_leaves_the_balls_their_geometry(renderer: Renderer) -
     assert_lists_agree(renderer, scenes.lit_scene(*balls, rt.Box((-1, 1, -1), (1, 2, 1), GREY), eye=(0, 1, 19)))
 
 
+def turned(solid: rt.Solid, count: int, seed: int) -> list[rt.Solid]:
+    """Return copies of a solid in random places and directions."""
+    rng = np.random.default_rng(seed)
+    places, axes, angles = (
+        rng.uniform(-2, 2, (count, 3)).tolist(),
+        rng.normal(size=(count, 3)),
+        rng.uniform(0, 360, count),
+    )
+    return [
+        solid.rotate(axis, angle).translate(place)
+        for place, axis, angle in zip(places, axes.tolist(), angles.tolist(), strict=True)
+    ]
+
+
+BOX, BORE = rt.Box((-0.4, -0.3, -0.2), (0.4, 0.3, 0.2), RED), rt.Cylinder((0, 0, -1), (0, 0, 1), 0.2, BLUE)
+CONE, RING = rt.Cone((0, -0.4, 0), (0, 0.4, 0), 0.3, 0.0, GREEN), rt.Torus((0, 0, 0), (0, 0, 1), 0.4, 0.15, BLUE)
+_CORNERS = (0.4, 0.0, 0.0), (-0.4, 0.0, 0.1), (0.0, 0.5, 0.0), (0.0, -0.3, 0.0), (0.0, 0.0, 0.6), (0.1, 0.0, -0.3)
+GEM = rt.Polyhedron(_CORNERS, GREY)
+# The objects have one structure, several that share their trees, several trees, or spheres and bodies in one tree.
+SHAPES_OF_BODIES = {
+    "bored boxes": turned(BOX - BORE, 12, 1),
+    "tori": turned(RING, 10, 2),
+    "unlike bodies of one tree": [*turned(BOX - BORE, 4, 3), *turned(CONE & BOX, 4, 4), *turned(GEM - RING, 4, 5)],
+    "trees of one to four leaves": [
+        *turned(BOX, 3, 6),
+        *turned(CONE | BORE, 3, 7),
+        *turned((BOX - BORE) & (CONE | GEM), 3, 8),
+        *turned(rt.Sphere((0, 0, 0.3), 0.5, RED) & BOX - rt.Sphere((0.4, 0, 0), 0.3), 3, 9),
+    ],
+    "tori that other objects cut": [*turned(RING & BOX, 5, 10), *turned(BOX - RING, 5, 11)],
+}
+
+
+@pytest.mark.parametrize("case", SHAPES_OF_BODIES)
+def test_shapes_of_bodies_look_the_same_with_candidate_lists(
+    renderer: Renderer, always_listed: None, case: str
+) -> None:
+    scene = scenes.lit_scene(*SHAPES_OF_BODIES[case], FLOOR, eye=(0.5, 1, 6))
+    assert compiled(scene).batches.shapes and not compiled(scene).batches.programs
+    assert_lists_agree(renderer, scene)
+    assert_lists_agree(renderer, scene, shadows="diluted")
+
+
+@pytest.mark.parametrize("eye", [(0.1, 0.2, 0.0), (0.0, 0.0, 0.9), (0.0, 0.0, 400.0)])
+def test_bodies_around_the_camera_and_far_away_look_the_same_with_candidate_lists(
+    renderer: Renderer, always_listed: None, eye: tuple[float, float, float]
+) -> None:
+    objects = [*SHAPES_OF_BODIES["bored boxes"], *SHAPES_OF_BODIES["tori"]]
+    assert_lists_agree(renderer, scenes.lit_scene(*objects, FLOOR, eye=eye))
+
+
 def test_the_first_of_several_coincident_objects_is_visible(renderer: Renderer, always_listed: None) -> None:
     a, a2, floor = rt.Sphere((0, 0, 0), 1, RED), rt.Sphere((0, 0, 0), 1, BLUE), rt.Plane((0, 1, 0), -2.5, RED)
     cut = rt.Sphere((0, 0, 0), 1, GREEN) & rt.Plane((0, 0, 1), 2)

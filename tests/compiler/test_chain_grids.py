@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import raytracer as rt
-from raytracer.compiler import batches, chain_grids
+from raytracer.compiler import chain_grids, long_chains
 from raytracer.compiler.compiled_scene import compile
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.options import CompileOptions
@@ -83,8 +83,9 @@ def test_pictures_have_the_same_bits_with_and_without_a_grid(
 ) -> None:
     solid, camera = CASES[case]
     pictures = []
-    for longest in (batches.LONG, 10**9):
-        monkeypatch.setattr(batches, "LONG", longest)
+    for longest in (long_chains.LONG, 10**9):
+        monkeypatch.setattr(long_chains, "LONG", longest)
+        monkeypatch.setattr(long_chains, "CROSSED", 0.0)
         ground = rt.Plane((0, 1, 0), -0.2, GREY)
         scene = rt.Scene([solid, ground], [rt.PointLight((4, 5, 3)), rt.PointLight((0.5, 0.5, 0.5))], camera)
         has_grids = compile(scene, CompileOptions()).batches.has_grids
@@ -94,7 +95,8 @@ def test_pictures_have_the_same_bits_with_and_without_a_grid(
     assert np.array_equal(pictures[0].material, pictures[1].material)
 
 
-def test_a_cell_lists_each_hole_around_it_and_only_one_that_holds_it() -> None:
+def test_a_cell_lists_each_hole_around_it_and_only_one_that_holds_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(long_chains, "CROSSED", 0.0)
     scene = rt.Scene([less(CUBE, holes(4)[:60:5] * 6)], [rt.PointLight((4, 5, 3))], OUTSIDE)
     compiled = compile(scene, CompileOptions())
     growth = 1e-4
@@ -112,3 +114,24 @@ def test_a_cell_lists_each_hole_around_it_and_only_one_that_holds_it() -> None:
         begin, end = grid.ends[(z * grid.shape[1] + y) * grid.shape[0] + x]
         listed = set((grid.leaves[begin:end, 0] >> 5).tolist())
         assert within <= listed or (len(listed) == 1 and listed <= within)
+
+
+def test_only_a_chain_whose_holes_are_crossed_one_after_another_has_a_grid() -> None:
+    def plate(count: int) -> rt.Solid:
+        places = [(x + 0.5, y + 0.5) for x in range(count) for y in range(count)]
+        return less(
+            rt.Box((0, 0, 0), (count, count, 0.5)), [rt.Cylinder((x, y, -1), (x, y, 1), 0.3) for x, y in places]
+        )
+
+    def lattice(count: int) -> rt.Solid:
+        return less(CUBE, [bar for k in range(count) for bar in bars(k / count, 0.3 / count)])
+
+    def bars(start: float, side: float) -> list[rt.Solid]:
+        starts = [j / 5 for j in range(5)]
+        along = [rt.Box((start, y, -1), (start + side, y + 0.15, 2)) for y in starts]
+        return [*along, *(rt.Box((-1, y, start), (2, y + 0.15, start + side)) for y in starts)]
+
+    def has_grids(solid: rt.Solid) -> bool:
+        return compile(rt.Scene([solid], [], OUTSIDE), CompileOptions()).batches.has_grids
+
+    assert not has_grids(plate(12)) and has_grids(lattice(5))

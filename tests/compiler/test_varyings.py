@@ -28,6 +28,9 @@ GROUND = rt.Plane((0, 1, 0), -1.2, rt.Material(model="ggx", f0=(0.9, 0.6, 0.3)))
 WALL = rt.Plane((0.1, 0, 1), -6, rt.Material(model="blinn", kd=(0.2, 0.3, 0.4)))
 BALLS = [rt.Sphere((x % 5 - 2, x // 5 - 1, -(x % 3)), 0.45, scenes.COLORS[x % 4]) for x in range(20)]
 QUADS = [(BALLS[i] | BALLS[i + 1]) - BALLS[i + 5] & BALLS[i + 6] for i in range(5)]
+BORED = [
+    rt.Box((x, 0, 0), (x + 0.7, 0.6, 1)) - rt.Cylinder((x + 0.3, 0.3, -1), (x + 0.3, 0.3, 2), 0.2) for x in range(-4, 4)
+]
 MIRROR = rt.Sphere((0, 0.2, 1), 0.7, rt.Material(model="mirror"))
 SCENES = {
     "few": scenes.lit_scene(*BALLS[:2], GROUND),
@@ -35,6 +38,7 @@ SCENES = {
     "many planes": scenes.lit_scene(BALLS[0], *(rt.Plane((0.1 * k, 1, 0), -1 - 0.1 * k) for k in range(6))),
     "shapes": scenes.lit_scene(*BALLS, GROUND, WALL),
     "shapes of four": scenes.lit_scene(*QUADS, GROUND, WALL),
+    "shapes of bodies": scenes.lit_scene(*BORED, GROUND, WALL),
     "shapes and a tree": scenes.lit_scene(*BALLS, scenes.random_scene(4).objects[0], GROUND),
     "mirrors": scenes.lit_scene(*BALLS[:3], MIRROR, GROUND),
     "mirrors in lists": scenes.lit_scene(*BALLS, MIRROR, GROUND),
@@ -108,6 +112,7 @@ def test_the_limit_of_varyings_is_the_drivers_limit(renderer: Renderer) -> None:
         ("many planes", ("hard",)),
         ("shapes", ("hard",)),
         ("shapes of four", ("hard", "64 bits")),
+        ("shapes of bodies", ("hard",)),
         ("shapes and a tree", ("hard", "soft")),
         ("mirrors", ("hard",)),
         ("mirrors in lists", ("hard",)),

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 from raytracer.compiler.batches import SHAPE_LEAVES
 from raytracer.compiler.compiled_scene import CompiledScene
-from raytracer.compiler.glsl.csg import NamedPlane, Tree
-from raytracer.compiler.glsl.csg_lists import most_leaves
+from raytracer.compiler.glsl.body_slots import body_slots, handed_texels
+from raytracer.compiler.glsl.csg import NamedPlane
 
 # More varying components than any scene needs: the most is 125 and some.
 UNLIMITED_VARYINGS = 128
@@ -22,14 +22,15 @@ _SURFACE = 12
 CONSTANTS, CONSTANT_LIGHTS = 6, 2
 # The components of the other varyings of cells.vert and shapes.vert (draw.glsl): vectors and colours; two numbers of
 # the type `real`; and the components for lists, for programs, for common shapes, and for lights with a radius.
-_DRAW, _DRAW_REALS, _DRAW_LISTS, _DRAW_PROGRAMS, _DRAW_SHAPES, _DRAW_SPHERE_LIGHTS = 12, 2, 3, 2, 3, 1
+_DRAW, _DRAW_REALS, _DRAW_LISTS, _DRAW_PROGRAMS, _DRAW_SHAPES, _DRAW_SPHERE_LIGHTS = 12, 2, 3, 2, 4, 1
 
 
 class Handed(NamedTuple):
     """The constants that the vertex shaders hand on."""
 
     surfaces: Sequence[int]  # indices of surfaces
-    leaves: int  # number of surfaces of an object of a common shape (shapes.vert)
+    leaves: int  # number of spheres of an object of a common shape (shapes.vert)
+    texels: bool  # whether the texels of its bodies
     lights: bool  # whether all lights
     material: bool  # whether the only material
 
@@ -40,9 +41,14 @@ def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
     All texts of one program must be made with equal constants.
     """
     real, layout, lights = compiled.options.precision // 32, compiled.layout, len(compiled.lights)
+    shapes = compiled.batches.shapes if compiled.has_lists else []
+    # Orthographic rays read other texels.
+    slots = body_slots(shapes, compiled.surfaces.spheres, compiled.surfaces.bodies)
+    texels = handed_texels(slots) if compiled.scene.camera.projection == "perspective" else {}
     wanted = Handed(
         [*_surface_names(compiled)],
-        most_leaves(shape_trees(compiled)) if compiled.has_lists and compiled.batches.shapes else 0,
+        max((shape.spheres for shape in shapes), default=0),
+        bool(texels),
         lights <= CONSTANT_LIGHTS,
         len(compiled.batches.planes) == 1 and layout.is_small,
     )
@@ -52,34 +58,34 @@ def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
         cells_room - (_DRAW_SPHERE_LIGHTS if compiled.has_area_lights else 0),
         room - _DRAW_SHAPES,
         wanted,
+        4 * len(texels),
         # light.glsl: position, n and radius; color, on and falloff
         lights * ((7 if compiled.has_area_lights else 6) * real + (5 if compiled.has_falloff else 4)),
         3 * len(layout.colors) + len(layout.numbers),
     )
 
 
-def _select_fitting(room: int, shapes_room: int, wanted: Handed, lights: int, material: int) -> Handed:
+def _select_fitting(room: int, shapes_room: int, wanted: Handed, texels: int, lights: int, material: int) -> Handed:
     """Return the part of `wanted` that fits.
 
     Args:
         room: The free components in cells.vert.
         shapes_room: The free components in shapes.vert.
         wanted: The constants to hand on.
+        texels: The components of the texels of bodies.
         lights: The components of all lights.
         material: The components of the material.
     """
     leaves = min(wanted.leaves, max(shapes_room, 0) // _SURFACE)
-    both = min(room, shapes_room - leaves * _SURFACE) if wanted.leaves else room
+    shapes_room -= leaves * _SURFACE
+    has_texels = wanted.texels and texels <= shapes_room
+    shapes_room -= texels * has_texels
+    both = min(room, shapes_room) if wanted.leaves or wanted.texels else room
     surfaces = wanted.surfaces[: max(both, 0) // _SURFACE]
     room -= len(surfaces) * _SURFACE
     has_lights = wanted.lights and lights <= room
     room -= lights * has_lights
-    return Handed(surfaces, leaves, has_lights, wanted.material and material <= room)
-
-
-def shape_trees(compiled: CompiledScene) -> list[Tree]:
-    """Return the trees of the common shapes, with numbers of their own as leaves."""
-    return [batch.tree for batch in compiled.batches.shapes]
+    return Handed(surfaces, leaves, has_texels, has_lights, wanted.material and material <= room)
 
 
 def handed_names(compiled: CompiledScene, handed: Handed) -> dict[int, str]:

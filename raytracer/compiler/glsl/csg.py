@@ -5,7 +5,7 @@ Trees are postfix lists with surface indices instead of leaves.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from raytracer.scene.solids.solid import Complement, Difference, Intersection, Solid, Union
@@ -15,6 +15,7 @@ Tree = list[Solid | int]
 # surfaces in each round. For 200 surfaces the loop compiles in a third of the time, and with 64 bits in an eighth.
 FEW_SPANS, _AT_ONCE = 12, 8
 NamedPlane = tuple[str, str]  # the expressions for a half-space, and for its index
+LeafText = tuple[str, str]  # the expressions for the roots of a leaf, and for its surface's index + 1
 
 RAY_CSG = [
     "// The first surface ahead of the ray's origin and before its end: its distance, point, unit normal (on either",
@@ -137,7 +138,12 @@ def walk_text(trees: list[Tree], ranges: Ranges, surfaces: Mapping[int, str], *,
         "        at = next;",
         "    }",
     ]
-    return _walk_function(lines, [*owner_text(trees), *POINT_AT] if with_owner else None)
+    return _walk_function(lines, [*owner_text(trees, _walk_leaf), *POINT_AT] if with_owner else None)
+
+
+def _walk_leaf(index: int) -> LeafText:
+    """Return the expressions for the roots of a surface, and for its index + 1."""
+    return f"s{index}", str(index + 1)
 
 
 def _walk_function(lines: list[str], owner_lines: list[str] | None) -> list[str]:
@@ -196,11 +202,11 @@ def _holds(tree: Tree, name: str) -> list[str]:
     return [*lines, f"        real {name} = {stack[0]};"]
 
 
-def owner_text(trees: list[Tree], offset: str = "") -> list[str]:
+def owner_text(trees: list[Tree], leaf: Callable[[int], LeafText]) -> list[str]:
     """Generate the lines that find the owner of the surface at `at`.
 
     The owner is in the first object that changes there, and below an operator in the first operand that changes.
-    `offset` is added to the leaves' numbers.
+    `leaf` returns the expressions for a leaf by its number.
     """
     lines, objects = [], []
     k = 0
@@ -208,8 +214,9 @@ def owner_text(trees: list[Tree], offset: str = "") -> list[str]:
         stack: list[int] = []
         for node in tree:
             if isinstance(node, int):
-                lines.append(f"    bool b{k} = isBefore(s{node}, at), a{k} = isInside(s{node}, at);")
-                lines.append(f"    int o{k} = a{k} ? {offset}{node + 1} : -({offset}{node + 1});")
+                span, mat = leaf(node)
+                lines.append(f"    bool b{k} = isBefore({span}, at), a{k} = isInside({span}, at);")
+                lines.append(f"    int o{k} = a{k} ? {mat} : -({mat});")
             elif isinstance(node, Complement):
                 a = stack.pop()
                 lines.append(f"    bool b{k} = !b{a}, a{k} = !a{a};")
@@ -242,15 +249,15 @@ def nearest_plane_text(planes: list[NamedPlane], *, with_owner: bool) -> list[st
     return _walk_function(lines, ["    if (mat == 0) return at;", *POINT_AT] if with_owner else None)
 
 
-def hold_expression(tree: Tree, leaf: str) -> str:
+def hold_expression(tree: Tree, leaf: Callable[[int], str]) -> str:
     """Return the expression for the distance up to which a tree's value at `at` holds.
 
-    `leaf` is the expression for leaf {}.
+    `leaf` returns the expression for a leaf by its number.
     """
     terms: list[str] = []
     for node in tree:
         if isinstance(node, int):
-            terms.append(leaf.format(node))
+            terms.append(leaf(node))
         elif isinstance(node, Complement):
             terms.append(f"(-{terms.pop()})")  # in brackets: -- is another operator
         else:

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.glsl import csg, csg_lists
-from raytracer.compiler.glsl.constants import Handed, named_planes, shape_trees, surface_texts
+from raytracer.compiler.glsl.body_slots import body_slots
+from raytracer.compiler.glsl.constants import Handed, named_planes, surface_texts
 from raytracer.compiler.roth_bounds import max_hits
 from raytracer.scene.scene import Scene
 from raytracer.scene.solids.body import Placed
@@ -42,7 +43,8 @@ def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
         return _roth(compiled, handed)
     if compiled.has_lists:
         return csg_lists.shadow_query_text(
-            shape_trees(compiled),
+            compiled.batches.shapes,
+            body_slots(compiled.batches.shapes, compiled.surfaces.spheres, compiled.surfaces.bodies),
             bool(compiled.batches.programs),
             compiled.batches.program_depth,
             compiled.batches.has_grids,

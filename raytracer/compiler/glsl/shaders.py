@@ -16,7 +16,8 @@ from raytracer.compiler.bodies import WALLS
 from raytracer.compiler.body_texels import count_texels
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.draws import SAMPLES_AT_ONCE
-from raytracer.compiler.glsl import csg, csg_lists
+from raytracer.compiler.glsl import csg, csg_shapes
+from raytracer.compiler.glsl.body_slots import body_slots, handed_begins, handed_texels, handed_text
 from raytracer.compiler.glsl.constants import (
     CONSTANT_LIGHTS,
     UNLIMITED_VARYINGS,
@@ -24,7 +25,6 @@ from raytracer.compiler.glsl.constants import (
     handed_constants,
     handed_names,
     named_planes,
-    shape_trees,
     surface_index,
 )
 from raytracer.compiler.glsl.materials import material_text, reflected_text
@@ -134,13 +134,19 @@ def _visibility_source(compiled: CompiledScene, handed: Handed, *, geometry: boo
 
 def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -> ProgramSource:
     """Generate the shaders that find the surfaces of objects of common shapes (batches.py)."""
-    trees = shape_trees(compiled)
+    shapes = compiled.batches.shapes
+    slots = body_slots(shapes, compiled.surfaces.spheres, compiled.surfaces.bodies)
     defines = _defines(compiled)
-    spheres = [("Surface", f"sphere{j}", f"surfaceOf(first + {j})") for j in range(handed.leaves)]
-    lines = _set_constants(spheres + _surface_constants(compiled, handed))
+    spheres = [("Surface", f"sphere{j}", f"surfaceOf(first.x + {j})") for j in range(handed.leaves)]
+    texels = handed_texels(slots) if handed.texels else {}
+    bodies = [("vec4", f"texel{n}", text) for n, text in texels.items()]
+    lines = _set_constants(spheres + bodies + _surface_constants(compiled, handed))
+    lines = [*(["uniform samplerBuffer bodies;"] if texels else []), *lines]
     vertex = assemble("passes/shapes.vert", defines | {"VERTEX": 1}, {"constants.glsl": "\n".join(lines)})
     planes = None if compiled.batches.programs else named_planes(compiled, handed)
-    generated = [*_includes(compiled, handed), "", *csg_lists.shapes_query_text(trees, planes, handed.leaves)]
+    query = csg_shapes.shapes_query_text(shapes, slots, planes, handed.leaves, with_texels=bool(texels))
+    generated = [*(handed_text(slots) if texels else []), *_includes(compiled, handed), "", *query]
+    defines |= {"HANDED_TEXELS": handed_begins(slots)[-1]} if texels else {}
     defines |= {"SHAPES": 1} | ({"GEOMETRY": 1} if geometry else {})
     return ProgramSource(vertex, assemble("passes/visibility.frag", defines, {"scene.glsl": "\n".join(generated)}))
 
