@@ -62,6 +62,7 @@ def body_texels(bodies: Bodies, view: BodyView, coinciding: Ints, split: Split) 
     texels[at] = np.column_stack([view.normals, np.minimum(view.high, _NO_FACE)])
     texels[at + 1] = np.column_stack([coarse, np.minimum(view.low, _NO_FACE)])
     texels[at + 2, :3] = fine
+    texels[at + 3, 2:] = np.column_stack([texels[at, 3], texels[at + 1, 3]])
     texels[at + 3, :2] = np.where(
         np.isfinite(np.column_stack([view.high, view.low])), coinciding[: 2 * slabs].reshape(-1, 2), 0
     )

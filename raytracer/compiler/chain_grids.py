@@ -53,6 +53,7 @@ class ChainGrid(msgspec.Struct, frozen=True, eq=False):
     low: Array  # (3,): the corner of the first cell, along the axes
     shape: tuple[int, int, int]  # the number of cells along the axes
     is_union: bool
+    leaf: int  # the surface index of one of the leaves
     core: Ints  # (C, 2): the leaves that every ray is tested against: code, and place in the tree
     ends: Ints  # (cells, 2): where the leaves of each cell begin and end in `leaves`
     leaves: Ints  # (L, 2): code, and place in the tree
@@ -85,6 +86,24 @@ def update_grids(batches: Batches, view: View, lights: Sequence[PointLight], pre
         return Grids(batches, growth, previous.grids, previous.leaves, view, _headers(previous.grids, view))
     grids = make_grids(batches, view.surfaces, growth)
     return Grids(batches, growth, grids, _leaf_texels(grids), view, _headers(grids, view))
+
+
+def are_boxes(batches: Batches, surfaces: Surfaces) -> bool:
+    """Return whether all leaves of long chains are boxes, those of one chain with the same three normals.
+
+    The bodies of one chain are then one after the other in the texture `bodies` (BOX of grid.glsl).
+    """
+    leaves = [row for batch in batches.programs if batch.is_long_chain for row in batch.surfaces]
+    return all(_are_boxes(surfaces, np.sort(row)) for row in leaves)
+
+
+def _are_boxes(surfaces: Surfaces, leaves: Ints) -> bool:
+    bodies, first, end = surfaces.bodies, leaves[0] - surfaces.spheres, leaves[-1] - surfaces.spheres + 1
+    if first < 0 or leaves[-1] >= surfaces.bounded or end - first != len(leaves) or bodies.kinds[first:end].any():
+        return False
+    starts = bodies.starts[first : end + 1]
+    normals = bodies.normals[starts[0] : starts[-1]]
+    return bool((np.diff(starts) == 3).all() and (normals.reshape(-1, 3, 3) == normals[:3]).all())
 
 
 def make_grids(batches: Batches, surfaces: Surfaces, growth: float) -> list[ChainGrid]:
@@ -143,6 +162,7 @@ def _make_grid(batch: ProgramBatch, surface: Ints, surfaces: Surfaces, growth: f
         low=low / sides,
         shape=(int(shape[0]), int(shape[1]), int(shape[2])),
         is_union=bool(is_union),
+        leaf=int(surface[0]),
         core=rows[core],
         ends=np.column_stack([stop - count, stop]),
         leaves=rows[listed[leaf[order]]],
@@ -244,7 +264,7 @@ def _headers(grids: list[ChainGrid], view: View) -> NDArray[np.int32]:
         header[:3] = rows.view(np.int32)
         core = begin + len(grid.ends)
         header[3] = *grid.shape, begin
-        header[4] = core, core + len(grid.core), grid.is_union, 0
+        header[4] = core, core + len(grid.core), grid.is_union, grid.leaf
         begin = core + len(grid.core) + len(grid.leaves)
     return headers.reshape(-1, 4)
 

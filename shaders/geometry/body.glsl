@@ -7,6 +7,7 @@
 // raytracer/compiler/body_texels.py packs the texels:
 //     a slab:  the unit normal and the depth of the camera below the high face; the coarse slopes of the normal
 //              (camera.glsl) and the depth above the low face; the fine slopes; the coincidence numbers of both faces
+//              and the two depths again (grid.glsl)
 //     a wall:  l0 if it is constant, the power of the camera (wall.glsl), the coincidence number, 0; then for each form
 //              its gradient and its value at the camera, the coarse slopes, and the fine slopes
 
