@@ -7,8 +7,8 @@
 // around that place, the list of its cell (raytracer/compiler/chain_grids.py). All results have the bits of chain.glsl.
 //
 // If the host defines OWNERS, the result names the surface that the ray meets; otherwise its `mat` is 1 for any
-// surface. If all leaves of each grid are boxes with the same three normals, the host defines BOX_GRIDS: the ray's terms
-// with the normals are then computed once for each grid.
+// surface. If all leaves of a grid are boxes with the same three normals, for all grids of the scene, it defines
+// BOX_GRIDS. The code then computes a ray's terms with the normals once for each grid.
 
 #include "csg/program.glsl"
 
@@ -142,8 +142,8 @@ void meetGrid(Ray ray, int number, int object, inout Nearest nearest) {
         last = within ? min(last, span.y) : last;
         for (int j = 0; j < CORE; j++) spans[j] = k - core.x == j ? (within ? span.yx : span) : spans[j];
     }
-    // A ray that starts in the conjunction walks from cell to cell, to where the first leaf becomes False. One loop does
-    // both, because llvmpipe computes at least one round of each loop.
+    // A ray that starts in the conjunction walks from cell to cell, to where the first leaf becomes False. Both ways are
+    // one loop, because llvmpipe computes at least one round of each loop.
     bool walks = false;
     ivec3 cell = ivec3(0);
     ivec2 owner = NO_OWNER;

@@ -94,6 +94,26 @@ def test_pictures_have_the_same_bits_with_and_without_a_grid(
     assert np.array_equal(pictures[0].material, pictures[1].material)
 
 
+def steps(order: int) -> rt.Scene:
+    """Return a cube with a tunnel into 300 small holes of one cell, each of which begins in the one before."""
+    holes = [rt.Box((0.49, 0.49, 0.49 + k * 5e-5), (0.51, 0.51, 0.49 + (k + 1.5) * 5e-5)) for k in range(300)]
+    corners = [rt.Box((x, x, x), (x + 0.01, x + 0.01, x + 0.01)) for x in (0, 0.99)]
+    solid = less(CUBE, [*corners, rt.Box((0.49, 0.49, -1), (0.51, 0.51, 0.4900001)), *holes[::order]])
+    return rt.Scene([solid], [], rt.Camera((0.5, 0.5, -1), (0.5, 0.5, 0), vertical_fov=1))
+
+
+def test_grids_whose_rays_take_more_steps_than_the_driver_allows_are_refused(
+    renderer: Renderer, has_round_limit: bool
+) -> None:
+    # In the tree's order, a ray passes all holes at once; in the opposite order, one after the other.
+    image = renderer.render(steps(1), (64, 40), rt.Settings(samples=1))
+    assert image.depth is not None
+    assert image.depth[20, 32] == pytest.approx(1.49 + 300.5 * 5e-5, abs=1e-6)
+    if has_round_limit:
+        with pytest.raises(rt.InputError, match="at most 65535 steps"):
+            renderer.render(steps(-1), (64, 40), rt.Settings(samples=1))
+
+
 def test_a_cell_lists_each_hole_around_it_and_only_one_that_holds_it() -> None:
     scene = rt.Scene([less(CUBE, holes(4)[:60:5] * 6)], [rt.PointLight((4, 5, 3))], OUTSIDE)
     compiled = compile(scene, CompileOptions())
