@@ -40,6 +40,12 @@ ivec2 leafAt(int i) {
     return texelFetch(gridLeaves, i).xy;
 }
 
+// Leaf k of a list that ends at `end`; at the end, the leaf of the index `other`. For an empty list, the loops below
+// take one leaf, without its roots: llvmpipe computes one more round of a loop that tests for the end first.
+ivec2 listed(int k, int end, int other) {
+    return k < end ? leafAt(k) : ivec2(other << 5, 0);
+}
+
 // Where the leaves of a cell begin and end; nothing outside the grid.
 ivec2 leavesOf(GridRay by, ivec3 cell) {
     if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, by.shape.xyz))) return ivec2(0);
@@ -134,16 +140,18 @@ void meetGrid(Ray ray, int number, int object, inout Nearest nearest) {
     for (int j = 0; j < CORE; j++) spans[j] = real2(INF, -INF);
     // Up to here a leaf among those tested is False. If the ray walks: from here on.
     real at = 0.0;
-    for (int k = core.x; k < core.y; k++) {
-        int code = leafAt(k).x ^ core.z * 8;
-        real2 span = gridRoots(ray, by, code);
-        bool within = (code & 8) == 0;
+    int k = core.x;
+    do {
+        int code = listed(k, core.y, core.w).x ^ core.z * 8;
+        real2 span = k < core.y ? gridRoots(ray, by, code) : real2(INF, -INF);
+        bool within = k < core.y && (code & 8) == 0;
         at = within ? max(at, span.x) : at;
         last = within ? min(last, span.y) : last;
         for (int j = 0; j < CORE; j++) spans[j] = k - core.x == j ? (within ? span.yx : span) : spans[j];
-    }
-    // A ray that starts in the conjunction walks from cell to cell, to where the first leaf becomes False. Both ways are
-    // one loop, because llvmpipe computes at least one round of each loop.
+        k++;
+    } while (k < core.y);
+    // A ray that starts in the conjunction walks from cell to cell, to where the first leaf becomes False. Both ways
+    // are one loop, because llvmpipe computes at least one round of each loop.
     bool walks = false;
     ivec3 cell = ivec3(0);
     ivec2 owner = NO_OWNER;
@@ -154,16 +162,18 @@ void meetGrid(Ray ray, int number, int object, inout Nearest nearest) {
         if (!walks) cell = cellAt(by, at);
         if (at != before) owner = NO_OWNER;
         ivec2 list = leavesOf(by, cell);
-        for (int k = list.x; k < list.y; k++) {
-            ivec2 leaf = leafAt(k);
-            real2 span = gridRoots(ray, by, leaf.x);
+        k = list.x;
+        do {
+            ivec2 leaf = listed(k, list.y, core.w);
+            real2 span = k < list.y ? gridRoots(ray, by, leaf.x) : real2(INF, -INF);
             bool moves = walks ? span.x > 0.0 && span.x < at : isInside(span, at);
             if (moves) {
                 at = walks ? span.x : span.y;
                 owner = NO_OWNER;
             }
             owner = firstOwner(leaf, span, at, owner);
-        }
+            k++;
+        } while (k < list.y);
         if (walks) {
             if (list == ivec2(0) || leaveCell(by, cell) >= min(at, nearest.t)) break;
         } else if (at == before) {
