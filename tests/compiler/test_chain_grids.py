@@ -94,6 +94,24 @@ def test_pictures_have_the_same_bits_with_and_without_a_grid(
     assert np.array_equal(pictures[0].material, pictures[1].material)
 
 
+@pytest.mark.parametrize(
+    ("objects", "expected"),
+    [
+        ([less(CUBE, tunnels(3))], True),
+        ([less(CUBE, tunnels(3)), less(CUBE, tunnels(3)).rotate((1, 2, 3), 40)], True),  # one frame for each object
+        ([less(CUBE, [*tunnels(3), CUBE.rotate((0, 0, 1), 1)])], False),
+        ([less(CUBE, [*tunnels(3), rt.Sphere((0.5, 0.5, 0.5), 0.6)])], False),
+        ([less(CUBE, tunnels(3)) & rt.Plane((1, 1, 1), 1.5)], False),
+        ([less(CUBE, tunnels(3)), less(CUBE, holes(0))], False),
+    ],
+)
+def test_a_scene_has_grids_of_boxes_if_all_leaves_of_each_have_three_normals_in_common(
+    objects: list[rt.Solid], expected: bool
+) -> None:
+    compiled = compile(rt.Scene(objects, [rt.PointLight((4, 5, 3))], OUTSIDE), CompileOptions())
+    assert chain_grids.are_boxes(compiled.batches, compiled.surfaces) == expected
+
+
 def steps(order: int) -> rt.Scene:
     """Return a cube with a tunnel into 300 small holes of one cell, each of which begins in the one before."""
     holes = [rt.Box((0.49, 0.49, 0.49 + k * 5e-5), (0.51, 0.51, 0.49 + (k + 1.5) * 5e-5)) for k in range(300)]
