@@ -1,9 +1,10 @@
-"""Times of the Menger sponge, a cube less its tunnels as one object: first picture, and frames of the window.
+"""Times of the Menger sponge, a cube less its tunnels as one object: first picture, growth, and frames of the window.
 
 python -m benchmarks.sponge [LEVEL ...]
 
 A first picture is the user's call in Python in a process of its own: the sponge is built, compiled and rendered at
-1280x720, with hard shadows. The frames are those of benchmarks/frames.py.
+1280x720, with hard shadows. The growth compares the times of small pictures with POV-Ray's from level to level: the
+median of our repeated calls, and the time for which POV-Ray traces rays. The frames are those of benchmarks/frames.py.
 """
 
 from __future__ import annotations
@@ -20,10 +21,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 
+import numpy as np
+
 import raytracer as rt
+from benchmarks import povray
+from benchmarks.bench import TOLERANCE, seconds
 
 SIZE = (1280, 720)
-ROUNDS = 3
+# For POV-Ray, which takes minutes for level 4 at SIZE, and half an hour for level 5.
+SMALL = (320, 180)
+ROUNDS, CALLS = 3, 9
 LEVELS = 3, 4, 5
 _HEADER = """\
 [camera]
@@ -86,6 +93,18 @@ def first_picture(level: int) -> float:
     return time.perf_counter() - start
 
 
+def compare_with_povray(level: int) -> tuple[float, float, float]:
+    """Return the seconds of our small picture and of POV-Ray's, and the share of pixels that differ.
+
+    Raises UnavailableError if POV-Ray is not installed.
+    """
+    sponge, settings = scene(level), rt.Settings(samples=1)
+    picture, theirs = povray.run(povray.source(sponge, SMALL, settings), SMALL, 1)
+    ours = rt.render(sponge, SMALL, settings).srgb8()  # compiles
+    off = np.abs(ours.astype(int) - picture).max(axis=2) > TOLERANCE
+    return median(seconds(lambda: rt.render(sponge, SMALL, settings)) for _ in range(CALLS)), theirs, float(off.mean())
+
+
 def main() -> None:
     """Measure, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -101,6 +120,12 @@ def main() -> None:
         runs = [subprocess.run(command, check=True, capture_output=True, text=True) for _ in range(ROUNDS)]
         print(f"| {level} | {len(list(tunnels(level)))} | {median(float(run.stdout) for run in runs):.2f} |")
     print(flush=True)
+    if povray.version():
+        print(f"| level | {SMALL[0]}x{SMALL[1]}, s | POV-Ray's, s | ratio | pixels off |\n|---|---|---|---|---|")
+        for level in options.levels:
+            ours, theirs, off = compare_with_povray(level)
+            print(f"| {level} | {ours:.4f} | {theirs:.2f} | {theirs / ours:.0f} | {off:.3%} |", flush=True)
+        print(flush=True)
     with tempfile.TemporaryDirectory() as folder:
         paths = [Path(folder) / f"sponge{level}.toml" for level in options.levels]
         for level, path in zip(options.levels, paths, strict=True):

@@ -78,7 +78,7 @@ def body_texels(bodies: Bodies, view: BodyView, coinciding: Ints, split: Split) 
     surfaces = np.where(np.isfinite(depths), coinciding[: 2 * slabs].reshape(-1, 2), 0)
     high, low = np.minimum(depths, _NO_FACE).T
     texels[at] = np.column_stack([view.normals, high])
-    texels[at + 1, :3] = np.column_stack([low, surfaces])
+    texels[at + 1] = np.column_stack([low, surfaces, high])
     texels[at + 2] = np.column_stack([coarse, high])
     texels[at + 3] = np.column_stack([fine, low])
     kinds = bodies.kinds[bodies.walls >= 0]

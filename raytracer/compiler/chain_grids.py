@@ -12,7 +12,6 @@ the rounding of points and roots in float32.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import msgspec
@@ -20,11 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.batches import Batches, ProgramBatch
+from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.csg_pruning import LEAF_SHIFT, NEGATED, OR_LEAF
 from raytracer.compiler.culling import ROUNDING_GROWTH, longest_bounded_ray
+from raytracer.compiler.long_chains import CORE
+from raytracer.compiler.rounds import body_rounds
 from raytracer.compiler.surfaces import Surfaces
 from raytracer.compiler.view_space import View
-from raytracer.scene.lights import PointLight
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -53,9 +54,11 @@ class ChainGrid(msgspec.Struct, frozen=True, eq=False):
     low: Array  # (3,): the corner of the first cell, along the axes
     shape: tuple[int, int, int]  # the number of cells along the axes
     is_union: bool
+    leaf: int  # the surface index of one of the leaves
     core: Ints  # (C, 2): the leaves that every ray is tested against: code, and place in the tree
     ends: Ints  # (cells, 2): where the leaves of each cell begin and end in `leaves`
     leaves: Ints  # (L, 2): code, and place in the tree
+    rounds: int  # an upper bound of the rounds of loops for a ray: see cut_short.glsl
 
 
 class Grids(msgspec.Struct, frozen=True, eq=False):
@@ -68,14 +71,22 @@ class Grids(msgspec.Struct, frozen=True, eq=False):
     view: View
     headers: NDArray[np.int32]  # the texels `grids` (HEADER * grids, 4)
 
+    @property
+    def rounds(self) -> int:
+        """An upper bound of the rounds of loops for a ray and all grids."""
+        return sum(grid.rounds for grid in self.grids)
 
-def update_grids(batches: Batches, view: View, lights: Sequence[PointLight], previous: Grids | None) -> Grids:
-    """Return the grids of a view in which `lights` cast shadows. They share unchanged parts with `previous`."""
+
+def update_grids(compiled: CompiledScene, view: View, previous: Grids | None) -> Grids | None:
+    """Return the grids of a view, which share unchanged parts with `previous`. None if the scene needs no grids."""
+    batches = compiled.batches
+    if not (compiled.has_lists and batches.has_grids):
+        return None
     if previous and previous.batches is not batches:
         previous = None
     centers, radii = view.centers, view.surfaces.radii
     far = float((np.linalg.norm(centers, axis=1) + radii).max(initial=0.0))
-    for light in lights:
+    for light in compiled.shadowing_lights:
         far = max(far, longest_bounded_ray(view.place(light.position), centers, radii))
     # A power of two, so that the grids seldom change while the camera or a light moves.
     growth = 2.0 ** math.ceil(math.log2(max(ROUNDING_GROWTH * far, float(np.finfo(np.float32).tiny))))
@@ -87,18 +98,40 @@ def update_grids(batches: Batches, view: View, lights: Sequence[PointLight], pre
     return Grids(batches, growth, grids, _leaf_texels(grids), view, _headers(grids, view))
 
 
+def are_boxes(batches: Batches, surfaces: Surfaces) -> bool:
+    """Return whether all leaves of long chains are boxes, those of one chain with the same three normals.
+
+    The bodies of one chain are then one after the other in the texture `bodies` (BOX of grid.glsl).
+    """
+    leaves = [row for batch in batches.programs if batch.is_long_chain for row in batch.surfaces]
+    return all(_are_boxes(surfaces, np.sort(row)) for row in leaves)
+
+
+def _are_boxes(surfaces: Surfaces, leaves: Ints) -> bool:
+    bodies, first, end = surfaces.bodies, leaves[0] - surfaces.spheres, leaves[-1] - surfaces.spheres + 1
+    if first < 0 or leaves[-1] >= surfaces.bounded or end - first != len(leaves) or bodies.kinds[first:end].any():
+        return False
+    starts = bodies.starts[first : end + 1]
+    normals = bodies.normals[starts[0] : starts[-1]]
+    return bool((np.diff(starts) == 3).all() and (normals.reshape(-1, 3, 3) == normals[:3]).all())
+
+
 def make_grids(batches: Batches, surfaces: Surfaces, growth: float) -> list[ChainGrid]:
     """Make the grids of all long chains. Leaves count as larger by `growth`, a length."""
+    leaf_rounds = 0 if are_boxes(batches, surfaces) else int(body_rounds(surfaces).max(initial=0))
     return [
-        _make_grid(batch, batch.surfaces[k], surfaces, growth)
+        _make_grid(batch, batch.surfaces[k], surfaces, growth, leaf_rounds)
         for batch in batches.programs
         if batch.is_long_chain
         for k in range(len(batch.order))
     ]
 
 
-def _make_grid(batch: ProgramBatch, surface: Ints, surfaces: Surfaces, growth: float) -> ChainGrid:
-    """Make the grid of one object, whose leaves are the surfaces `surface` (k,)."""
+def _make_grid(batch: ProgramBatch, surface: Ints, surfaces: Surfaces, growth: float, leaf_rounds: int) -> ChainGrid:
+    """Make the grid of one object, whose leaves are the surfaces `surface` (k,).
+
+    `leaf_rounds` is the most rounds of loops for the roots of a leaf.
+    """
     codes = batch.pruner.whole_program()
     is_union = (codes[-1] & 7) == OR_LEAF
     place = codes >> LEAF_SHIFT
@@ -143,10 +176,22 @@ def _make_grid(batch: ProgramBatch, surface: Ints, surfaces: Surfaces, growth: f
         low=low / sides,
         shape=(int(shape[0]), int(shape[1]), int(shape[2])),
         is_union=bool(is_union),
+        leaf=int(surface[0]),
         core=rows[core],
         ends=np.column_stack([stop - count, stop]),
         leaves=rows[listed[leaf[order]]],
+        rounds=_most_rounds(shape, int(count.max(initial=0)), leaf_rounds),
     )
+
+
+def _most_rounds(shape: Ints, longest: int, leaf_rounds: int) -> int:
+    """Return the most rounds of loops for a ray in a grid of `shape` cells, whose longest list has `longest` leaves.
+
+    A ray passes the list of a cell again only if it has gone on to the end of a leaf in the list, or of the core.
+    """
+    cells = int(shape.sum()) + 1
+    passes = cells * max(longest, 1) + CORE + 2
+    return passes * (1 + (longest + 1) * (1 + leaf_rounds)) + (CORE + 1) * (1 + leaf_rounds)
 
 
 def _frame(surfaces: Surfaces, index: int) -> Array:
@@ -244,7 +289,7 @@ def _headers(grids: list[ChainGrid], view: View) -> NDArray[np.int32]:
         header[:3] = rows.view(np.int32)
         core = begin + len(grid.ends)
         header[3] = *grid.shape, begin
-        header[4] = core, core + len(grid.core), grid.is_union, 0
+        header[4] = core, core + len(grid.core), grid.is_union, grid.leaf
         begin = core + len(grid.core) + len(grid.leaves)
     return headers.reshape(-1, 4)
 

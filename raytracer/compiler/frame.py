@@ -148,6 +148,8 @@ def make_frame(
     lists = _lists(compiled, view, surfaces, size, limits, previous)
     ray, to_light = lists.rounds if lists else (ray_rounds(compiled),) * 2
     lights = _lights(compiled, view, surfaces, previous)
+    grids = update_grids(compiled, view, previous.grids if previous else None)
+    in_grids = grids.rounds if grids else 0
     frame = Frame(
         compiled=compiled,
         size=size,
@@ -156,12 +158,10 @@ def make_frame(
         materials=materials,
         lights=lights,
         lists=lists,
-        grids=update_grids(compiled.batches, view, compiled.shadowing_lights, previous.grids if previous else None)
-        if lists and compiled.batches.has_grids
-        else None,
+        grids=grids,
         cells=_cells(compiled, view, surfaces, lights, lists, size, plane_only, previous),
         uniforms=_uniforms(compiled, view, lists, size),
-        rounds=most_rounds(compiled, ray, to_light),
+        rounds=most_rounds(compiled, ray + in_grids, to_light + in_grids),
     )
     for name, parts in frame.textures.items():
         count = sum(map(len, parts))

@@ -6,8 +6,8 @@
 // their files before this one.
 // raytracer/compiler/body_texels.py packs the texels:
 //     a slab:  the unit normal and the depth of the camera below the high face; the depth above the low face, and the
-//              coincidence numbers of the high and the low face; for camera rays the coarse slopes of the normal
-//              (camera.glsl) and again the first depth; the fine slopes and the second depth
+//              coincidence numbers of the high and the low face, and again the first depth (grid.glsl); for camera rays
+//              the coarse slopes of the normal (camera.glsl) and the first depth; the fine slopes and the second depth
 //     a wall:  l0 if it is constant, the power of the camera (wall.glsl), the coincidence number, 0; then for each form
 //              its gradient and its value at the camera; for camera rays the coarse slopes and again the value; the fine
 //              slopes

@@ -23,6 +23,12 @@ CUBE = rt.Box((0, 0, 0), (1, 1, 1), SAND)
 OUTSIDE = rt.Camera((2.2, 1.9, 2.6), (0.5, 0.45, 0.5), vertical_fov=35)
 
 
+@pytest.fixture
+def any_chain_is_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give grids to chains whose holes a line seldom crosses, too."""
+    monkeypatch.setattr(long_chains, "CROSSED", 0.0)
+
+
 def lift(point: tuple[float, float], axis: int, value: float) -> tuple[float, float, float]:
     """Insert a coordinate into a point of a plane."""
     x, y, z = np.insert(point, axis, value).tolist()
@@ -77,6 +83,7 @@ CASES = {
 }
 
 
+@pytest.mark.usefixtures("any_chain_is_long")
 @pytest.mark.parametrize("case", CASES)
 def test_pictures_have_the_same_bits_with_and_without_a_grid(
     case: str, renderer: Renderer, monkeypatch: pytest.MonkeyPatch
@@ -85,7 +92,6 @@ def test_pictures_have_the_same_bits_with_and_without_a_grid(
     pictures = []
     for longest in (long_chains.LONG, 10**9):
         monkeypatch.setattr(long_chains, "LONG", longest)
-        monkeypatch.setattr(long_chains, "CROSSED", 0.0)
         ground = rt.Plane((0, 1, 0), -0.2, GREY)
         scene = rt.Scene([solid, ground], [rt.PointLight((4, 5, 3)), rt.PointLight((0.5, 0.5, 0.5))], camera)
         has_grids = compile(scene, CompileOptions()).batches.has_grids
@@ -95,8 +101,48 @@ def test_pictures_have_the_same_bits_with_and_without_a_grid(
     assert np.array_equal(pictures[0].material, pictures[1].material)
 
 
-def test_a_cell_lists_each_hole_around_it_and_only_one_that_holds_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(long_chains, "CROSSED", 0.0)
+@pytest.mark.usefixtures("any_chain_is_long")
+@pytest.mark.parametrize(
+    ("objects", "expected"),
+    [
+        ([less(CUBE, tunnels(3))], True),
+        ([less(CUBE, tunnels(3)), less(CUBE, tunnels(3)).rotate((1, 2, 3), 40)], True),  # one frame for each object
+        ([less(CUBE, [*tunnels(3), CUBE.rotate((0, 0, 1), 1)])], False),
+        ([less(CUBE, [*tunnels(3), rt.Sphere((0.5, 0.5, 0.5), 0.6)])], False),
+        ([less(CUBE, tunnels(3)) & rt.Plane((1, 1, 1), 1.5)], False),
+        ([less(CUBE, tunnels(3)), less(CUBE, holes(0))], False),
+    ],
+)
+def test_a_scene_has_grids_of_boxes_if_all_leaves_of_each_have_three_normals_in_common(
+    objects: list[rt.Solid], expected: bool
+) -> None:
+    compiled = compile(rt.Scene(objects, [rt.PointLight((4, 5, 3))], OUTSIDE), CompileOptions())
+    assert chain_grids.are_boxes(compiled.batches, compiled.surfaces) == expected
+
+
+def steps(order: int) -> rt.Scene:
+    """Return a cube with a tunnel into 300 small holes of one cell, each of which begins in the one before."""
+    holes = [rt.Box((0.49, 0.49, 0.49 + k * 5e-5), (0.51, 0.51, 0.49 + (k + 1.5) * 5e-5)) for k in range(300)]
+    corners = [rt.Box((x, x, x), (x + 0.01, x + 0.01, x + 0.01)) for x in (0, 0.99)]
+    solid = less(CUBE, [*corners, rt.Box((0.49, 0.49, -1), (0.51, 0.51, 0.4900001)), *holes[::order]])
+    return rt.Scene([solid], [], rt.Camera((0.5, 0.5, -1), (0.5, 0.5, 0), vertical_fov=1))
+
+
+@pytest.mark.usefixtures("any_chain_is_long")
+def test_grids_whose_rays_take_more_steps_than_the_driver_allows_are_refused(
+    renderer: Renderer, has_round_limit: bool
+) -> None:
+    # In the tree's order, a ray passes all holes at once; in the opposite order, one after the other.
+    image = renderer.render(steps(1), (64, 40), rt.Settings(samples=1))
+    assert image.depth is not None
+    assert image.depth[20, 32] == pytest.approx(1.49 + 300.5 * 5e-5, abs=1e-6)
+    if has_round_limit:
+        with pytest.raises(rt.InputError, match="at most 65535 steps"):
+            renderer.render(steps(-1), (64, 40), rt.Settings(samples=1))
+
+
+@pytest.mark.usefixtures("any_chain_is_long")
+def test_a_cell_lists_each_hole_around_it_and_only_one_that_holds_it() -> None:
     scene = rt.Scene([less(CUBE, holes(4)[:60:5] * 6)], [rt.PointLight((4, 5, 3))], OUTSIDE)
     compiled = compile(scene, CompileOptions())
     growth = 1e-4

@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 
 from raytracer.compiler.bodies import WALLS
 from raytracer.compiler.body_texels import count_texels
+from raytracer.compiler.chain_grids import are_boxes
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.draws import SAMPLES_AT_ONCE
 from raytracer.compiler.glsl import csg, csg_shapes
@@ -226,6 +227,7 @@ def _defines(compiled: CompiledScene) -> dict[str, int | str]:
     defines |= {"MANY_ROUNDS": 1} if may_take_many_rounds(compiled) else {}
     if compiled.has_lists:
         defines |= {"PROGRAMS": 1} if compiled.batches.programs else {}
+        defines |= {"BOX_GRIDS": 1} if compiled.batches.has_grids and are_boxes(compiled.batches, surfaces) else {}
         return defines | {"LISTS": 1}
     defines |= {"FIRST_PLANE": surfaces.bounded, "SURFACES": surfaces.size}
     if compiled.options.precision == 64:
