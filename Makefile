@@ -23,16 +23,20 @@ demo: .venv/core ## render the assignment to assignment.png (the default)
 test: .venv/dev ## run all tests except slow ones on EGL, then some again on OSMesa
 	$(call run_tests,-m 'not slow',-m 'gl and not slow' $(ON_OSMESA))
 
+# Tests run in one process for each core, up to 4: every process has its own OpenGL context, which has threads for all
+# cores. The tests of one file stay in one process, because they share fixtures.
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+
 # $(call run_tests,SELECTION ON EGL,SELECTION ON OSMESA)
 define run_tests
 	@tools/system-packages $(patsubst ?%,'?%',$(TEST_PACKAGES))
 	@if dpkg -s libosmesa6 >/dev/null 2>&1; then \
 		set -ex; \
-		RAYTRACER_BACKEND=egl $(BIN)/python -m pytest $(1); \
-		RAYTRACER_BACKEND=osmesa $(BIN)/python -m pytest $(2); \
+		RAYTRACER_BACKEND=egl $(PYTEST) $(1); \
+		RAYTRACER_BACKEND=osmesa $(PYTEST) $(2); \
 	else \
 		echo 'The package libosmesa6 is not available: the OpenGL tests do not run again on OSMesa.'; \
-		RAYTRACER_TEST_BACKENDS='egl window' RAYTRACER_BACKEND=egl $(BIN)/python -m pytest $(1); \
+		RAYTRACER_TEST_BACKENDS='egl window' RAYTRACER_BACKEND=egl $(PYTEST) $(1); \
 	fi
 endef
 

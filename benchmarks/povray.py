@@ -4,7 +4,6 @@ import math
 import re
 import shutil
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,9 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 import raytracer as rt
+from benchmarks.povray_shapes import SHAPES, matrix, point, vector
+from raytracer.scene.solids.affine import IDENTITY
+from raytracer.scene.solids.body import Placed
 from raytracer.scene.solids.solid import postfix
 from tests.processes import run_to_end
 
@@ -70,12 +72,12 @@ def source(scene: rt.Scene, size: tuple[int, int], settings: rt.Settings) -> str
     shadowless = "" if settings.shadows == "hard" else " shadowless"
     lines = [
         "#version 3.7;",
-        f"global_settings {{ assumed_gamma 1 ambient_light rgb {_vector(scene.ambient)} max_trace_level 1 }}",
-        f"background {{ rgb {_vector(scene.background)} }}",
+        f"global_settings {{ assumed_gamma 1 ambient_light rgb {vector(scene.ambient)} max_trace_level 1 }}",
+        f"background {{ rgb {vector(scene.background)} }}",
         # The order matters: `angle` and `look_at` change the parameters before them.
-        f"camera {{ location {_point(camera.position)} sky {_point(camera.up)} up y right x*{size[0]}/{size[1]} "
-        f"angle {math.degrees(2.0 * math.atan(tangent)):.17g} look_at {_point(camera.look_at)} }}",
-        *(f"light_source {{ {_point(l.position)} rgb {_vector(l.color)}{shadowless} }}" for l in scene.lights),
+        f"camera {{ location {point(camera.position)} sky {point(camera.up)} up y right x*{size[0]}/{size[1]} "
+        f"angle {math.degrees(2.0 * math.atan(tangent)):.17g} look_at {point(camera.look_at)} }}",
+        *(f"light_source {{ {point(l.position)} rgb {vector(l.color)}{shadowless} }}" for l in scene.lights),
         *(f"#declare {name} = {_texture(settings.shaded(material))}" for material, name in names.items()),
         *(_solid(solid, names) for solid in scene.solids()),
     ]
@@ -84,17 +86,17 @@ def source(scene: rt.Scene, size: tuple[int, int], settings: rt.Settings) -> str
 
 def _texture(material: rt.Material) -> str:
     """Translate a material. POV-Ray tints ambient and diffuse light by the pigment, and its highlights are white."""
-    ks = material.ks[0]
     if material.model != "phong":
         raise UnavailableError("POV-Ray has only the highlights of the model phong")
+    ks = material.ks[0]
     if material.ks != (ks, ks, ks) or any(a > 0.0 and d == 0.0 for a, d in zip(material.ka, material.kd, strict=True)):
         raise UnavailableError(
             "POV-Ray has neither coloured highlights nor ambient light in a channel without diffuse reflection"
         )
     ambient = tuple(a / d if d else 0.0 for a, d in zip(material.ka, material.kd, strict=True))
     return (
-        f"texture {{ pigment {{ rgb {_vector(material.kd)} }} "
-        f"finish {{ ambient rgb {_vector(ambient)} diffuse 1 phong {ks:.17g} phong_size {material.h:.17g} }} }}"
+        f"texture {{ pigment {{ rgb {vector(material.kd)} }} "
+        f"finish {{ ambient rgb {vector(ambient)} diffuse 1 phong {ks:.17g} phong_size {material.h:.17g} }} }}"
     )
 
 
@@ -112,11 +114,15 @@ def _solid(solid: rt.Solid, textures: dict[rt.Material, str]) -> str:
     for node in postfix(solid):
         match node:
             case rt.Sphere(center, radius, material):
-                stack.append(("", [f"sphere {{ {_point(center)}, {radius:.17g} texture {{ {textures[material]} }} }}"]))
+                stack.append(("", [f"sphere {{ {point(center)}, {radius:.17g} texture {{ {textures[material]} }} }}"]))
             case rt.Plane(material=material):
                 normal, offset = node.unit()
-                text = f"plane {{ {_point(normal)}, {offset:.17g} texture {{ {textures[material]} }} }}"
+                text = f"plane {{ {point(normal)}, {offset:.17g} texture {{ {textures[material]} }} }}"
                 stack.append(("", [text]))
+            case Placed(part=0):
+                stack.append(("", [_placed(node, textures[node.material])]))
+            case Placed() | rt.Union(b=Placed(part=1)):
+                pass  # the second interval of a torus, which POV-Ray's torus has as well
             case rt.Complement():
                 stack.append(("", [_text(*stack.pop()).removesuffix("}") + "inverse }"]))
             case _:
@@ -130,14 +136,14 @@ def _solid(solid: rt.Solid, textures: dict[rt.Material, str]) -> str:
     return _text(*stack[0])
 
 
+def _placed(leaf: Placed, texture: str) -> str:
+    """Translate a primitive under an affine map."""
+    if type(leaf.shape) not in SHAPES:
+        raise UnavailableError(f"the export to POV-Ray has no {type(leaf.shape).__name__}")
+    place = "" if leaf.matrix is IDENTITY else f" {matrix(leaf.matrix)}"
+    text = SHAPES[type(leaf.shape)](leaf.shape) % f"texture {{ {texture} }}"
+    return text.removesuffix(" }") + f"{place} }}"
+
+
 def _text(operator: str, parts: list[str]) -> str:
     return f"{operator} {{ {' '.join(parts)} }}" if operator else parts[0]
-
-
-def _vector(values: Sequence[float]) -> str:
-    return f"<{', '.join(f'{value:.17g}' for value in values)}>"
-
-
-def _point(values: Sequence[float]) -> str:
-    x, y, z = values
-    return _vector((x, y, -z))

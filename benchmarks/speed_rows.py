@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image as Pillow
 
 import raytracer as rt
-from benchmarks import light_frames, scenes
+from benchmarks import light_frames, scenes, solid_scenes
 from benchmarks.bare import BareDraws
 from benchmarks.bench import OTHER_RAYS, Agreement, Bench, in_turns, seconds
 from benchmarks.literal import Literal
@@ -75,7 +75,7 @@ class SpeedRow:
     @property
     def is_in_docs(self) -> bool:
         """Whether docs/performance.md repeats the row: a user's call, or a frame of the window."""
-        return self.group in ("assignment", "many", "holes", "first", "samples", "geometry", "window")
+        return self.group in ("assignment", "many", "holes", "solids", "first", "samples", "geometry", "window")
 
     def ratio(self, timing: Timing) -> float:
         """Return the ratio to compare with the goal."""
@@ -275,6 +275,15 @@ ROWS = [
     *(
         SpeedRow("holes", work, _POVRAY, 100, partial(_against_povray, partial(scenes.holes, chain), once=True))
         for work, chain in (("sphere minus a union of 999", False), ("sphere minus 999, one by one", True))
+    ),
+    *(
+        SpeedRow("solids", work, _POVRAY, goal, partial(_against_povray, make))
+        for work, make, goal in (
+            ("two dice", solid_scenes.dice, 8),
+            ("plate with 100 holes", solid_scenes.plate, 8),
+            ("1,000 boxes less cylinders", solid_scenes.boxes, 8),
+            ("20 tori", solid_scenes.tori, 4),
+        )
     ),
     SpeedRow("first", "assignment, scene made anew", _POVRAY, 10, partial(_first_against_povray, _assignment)),
     SpeedRow("first", "1,000 objects, scene made anew", _POVRAY, 5, partial(_first_against_povray, _MANY)),

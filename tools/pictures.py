@@ -1,4 +1,4 @@
-"""Make the pictures of README.md and docs/tutorial.md in docs/pictures/: `make pictures`.
+"""Make the pictures of README.md, docs/tutorial.md and docs/solids.md in docs/pictures/: `make pictures`.
 
 A picture of a scene comes from its page: this program saves the page's TOML blocks, and runs the page's own
 `raytracer render` commands and its Python. The other pictures are figures from examples/lecture_figures.py, two
@@ -33,7 +33,7 @@ from tests.processes import run_for_output, run_to_end
 from tests.scenes import CHECKOUT
 
 FOLDER = CHECKOUT / "docs/pictures"
-PAGES = ("README.md", "docs/tutorial.md")
+PAGES = ("README.md", "docs/tutorial.md", "docs/solids.md")
 
 # Sizes in pixels. Pages show rows of five, four and two pictures at about half of these sizes, because GitHub shrinks a
 # table to its page, which is about 830 wide. So pictures are sharp on displays with two pixels for one.

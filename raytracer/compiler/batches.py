@@ -6,7 +6,7 @@ ground, are tested for every ray, unless there are many. All other objects are e
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple, TypeAlias, TypeVar
 
@@ -14,7 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.csg_pruning import Pruner
+from raytracer.compiler.csg_pruning import LEAF_SHIFT, NEGATED, OR_LEAF, Pruner
 from raytracer.scene.scene_objects import SceneObjects
 from raytracer.scene.solids.body import Placed
 from raytracer.scene.solids.plane import Plane
@@ -36,6 +36,12 @@ SHAPES, SHAPE_LEAVES = 4, 4
 # The smallest radius of a bounding sphere of a lens, as a share of the smaller sphere's radius. The growth is then 11
 # at most, for which SLACK of lists.glsl has room. A thinner lens is seldom an object.
 _THICK = 0.25
+
+# The smallest number of leaves of a long chain, which has a grid. For shorter chains, the lists of cells are short.
+LONG = 48
+# The largest number of leaves of a long chain that every ray is tested against, CORE of grid.glsl; and the largest
+# number of objects of one tree that have grids, of which each may take 70 MB.
+CORE, _MOST_GRIDS = 4, 16
 
 # The largest number of single half-spaces that are written out in the code (llvmpipe takes two seconds to compile 100).
 # If there are more, they become programs.
@@ -61,6 +67,7 @@ class ProgramBatch(NamedTuple):
     pruner: Pruner
     surfaces: Ints  # (n, k): the surface index of each leaf
     order: Ints  # (n,): number of the object in the scene
+    is_long_chain: bool  # whether the objects have grids (chain_grids.py)
 
 
 class Batches(msgspec.Struct, frozen=True, eq=False):
@@ -75,6 +82,11 @@ class Batches(msgspec.Struct, frozen=True, eq=False):
     def program_depth(self) -> int:
         """The largest stack depth of the programs that are no chains; 0 if all programs are chains."""
         return max((batch.pruner.depth for batch in self.programs if not batch.pruner.is_chain), default=0)
+
+    @property
+    def has_grids(self) -> bool:
+        """Whether any objects are long chains."""
+        return any(batch.is_long_chain for batch in self.programs)
 
 
 def make_batches(objects: SceneObjects) -> Batches:
@@ -112,12 +124,15 @@ def make_batches(objects: SceneObjects) -> Batches:
         tree = objects.tree(own[0])
         columns = []
         seen = dict.fromkeys(_LEAVES, 0)
+        begins = {kind: _sequences(firsts[kind][own], shape.count(kind), counts[own]) for kind in _LEAVES}
         for kind in map(type, tree):
             if kind in seen:
-                columns.append(_sequences(firsts[kind][own], shape.count(kind), counts[own]) + seen[kind])
+                columns.append(begins[kind] + seen[kind])
                 seen[kind] += 1
         order = _sequences(number[own], 1, counts[own])
-        programs.append(ProgramBatch(Pruner(tree), np.column_stack(columns), order))
+        pruner = Pruner(tree)
+        is_long = len(columns) >= LONG and len(order) <= _MOST_GRIDS and is_bounded(shape) and _is_chain(pruner, tree)
+        programs.append(ProgramBatch(pruner, np.column_stack(columns), order, is_long))
     shapes = [
         ShapeBatch(
             _number_leaves(objects.tree(own[0])),
@@ -130,6 +145,19 @@ def make_batches(objects: SceneObjects) -> Batches:
     numbers = np.arange(number[-1])
     orders = [np.repeat(numbers, np.repeat(count, counts)) for count in leaves]
     return Batches(shapes, programs, named, np.concatenate(orders))
+
+
+def _is_chain(pruner: Pruner, tree: Sequence[Solid]) -> bool:
+    """Return whether a tree is a chain of which all leaves but a few are negated and bounded.
+
+    A union is the complement of a conjunction, whose leaves are negated.
+    """
+    if not pruner.is_chain:
+        return False
+    codes = pruner.whole_program()
+    is_plane = np.array([isinstance(leaf, Plane) for leaf in tree if isinstance(leaf, Primitive)])
+    negated = ((codes & NEGATED) != 0) != ((codes[-1] & 7) == OR_LEAF)
+    return int(np.count_nonzero(~negated | is_plane[codes >> LEAF_SHIFT])) <= CORE
 
 
 def _running_sums(counts: Ints) -> Ints:

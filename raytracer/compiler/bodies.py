@@ -7,18 +7,18 @@ that coincide have equal bits here, up to the sign of a plane's normal: then the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TypeVar
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.scene.solids.body import Placed, Slab, Wall
+from raytracer.scene.solids import affine_arrays
+from raytracer.scene.solids.body import Body, Wall
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
-T = TypeVar("T")
 
 # The kinds of walls, by their numbers in body.glsl; 0 is a body without a wall.
 WALLS = "", "round", "cone", "torus"
@@ -33,7 +33,6 @@ _GRID = 2.0**-44
 class Bodies(msgspec.Struct, frozen=True, eq=False):
     """B bodies with K slabs and W walls."""
 
-    leaves: list[Placed]
     corners: Array  # (B, 8, 3): their convex hull holds the body
     centers: Array  # (B, 3), of bounding balls
     radii: Array  # (B,), of bounding balls
@@ -47,28 +46,43 @@ class Bodies(msgspec.Struct, frozen=True, eq=False):
     parts: Ints  # (B,): for a torus, the number of the ray's interval
 
 
-def make_bodies(leaves: list[Placed]) -> Bodies:
-    """Collect the bodies of leaves."""
-    matrices = np.array([leaf.matrix for leaf in leaves]).reshape(-1, 3, 4)
-    slabs = _of_shapes(leaves, lambda leaf: leaf.shape.slabs())
-    walls = _of_shapes(leaves, lambda leaf: leaf.shape.wall())
-    corners = np.array(_of_shapes(leaves, lambda leaf: leaf.shape.corners())).reshape(-1, 8, 3)
-    starts = np.zeros(len(leaves) + 1, np.int64)
-    np.cumsum(list(map(len, slabs)), out=starts[1:])
+class PlacedShapes(NamedTuple):
+    """B bodies, as shapes under maps. Bodies may share shapes: copies of an object do."""
+
+    shapes: list[Body]
+    shape: Ints  # (B,): the number of each body's shape
+    maps: Array  # (B, 3, 4)
+    parts: Ints  # (B,): for a torus, the number of the ray's interval
+
+
+def make_bodies(placed: PlacedShapes) -> Bodies:
+    """Compute the faces and the bounds of bodies in world space."""
+    shapes, shape, maps, parts = placed
+    slabs, walls = [own.slabs() for own in shapes], [own.wall() for own in shapes]
+    counts = np.array(list(map(len, slabs)), np.int64)
+    starts = np.zeros(len(shape) + 1, np.int64)
+    np.cumsum(counts[shape], out=starts[1:])
+    body = np.repeat(np.arange(len(shape)), counts[shape])
+    # The number of each body's slab among the slabs of all shapes.
+    slab = (np.cumsum(counts) - counts)[shape][body] + np.arange(len(body)) - starts[body]
+    rows = np.array([(*slab.normal, slab.low, slab.high) for own in slabs for slab in own]).reshape(-1, 5)[slab]
     has_wall = np.array([wall is not None for wall in walls], bool)
-    corners = _map_points(matrices[:, None], corners)
+    is_walled = has_wall[shape]
+    number = np.cumsum(has_wall)[shape[is_walled]] - 1
+    kinds = np.array([WALLS.index(wall.kind) if wall else 0 for wall in walls], np.int64)[shape]
+    corners = np.array([own.corners() for own in shapes]).reshape(-1, 8, 3)[shape]
+    corners = affine_arrays.apply(maps[:, None], corners)
     centers = corners.mean(axis=1)
     return Bodies(
-        leaves,
         corners,
         centers,
-        _ball_radii(leaves, matrices, corners, centers),
+        _ball_radii(np.array([own.reach() for own in shapes])[shape], maps, corners, centers),
         starts,
-        *_map_slabs([slab for own in slabs for slab in own], np.repeat(matrices, np.diff(starts), axis=0)),
-        np.array([WALLS.index(wall.kind) if wall else 0 for wall in walls], np.int64),
-        np.where(has_wall, np.cumsum(has_wall) - 1, -1),
-        _map_walls([wall for wall in walls if wall], matrices[has_wall]),
-        np.array([leaf.part for leaf in leaves], np.int64),
+        *affine_arrays.map_slabs(maps, body, rows[:, :3], rows[:, 3], rows[:, 4]),
+        kinds,
+        np.where(is_walled, np.cumsum(is_walled) - 1, -1),
+        _map_walls([wall for wall in walls if wall], number, maps[is_walled], kinds[is_walled]),
+        parts,
     )
 
 
@@ -89,112 +103,46 @@ def wall_gradient(kind: str, forms: Array, values: Array) -> Array:
     return factors @ forms[:, :3]
 
 
-def _of_shapes(leaves: Sequence[Placed], describe: Callable[[Placed], T]) -> list[T]:
-    """Return `describe` of each leaf, computed once for each shape: instances share their shapes."""
-    known: dict[int, T] = {}
-    result: list[T] = []
-    for leaf in leaves:
-        key = id(leaf.shape)
-        if key not in known:
-            known[key] = describe(leaf)
-        result.append(known[key])
-    return result
-
-
-def _map_points(matrices: Array, points: Array) -> Array:
-    """Return the images of points (..., 3) under maps (..., 3, 4)."""
-    return (matrices[..., :3] * points[..., None, :]).sum(axis=-1) + matrices[..., 3]
-
-
-def _ball_radii(leaves: Sequence[Placed], matrices: Array, corners: Array, centers: Array) -> Array:
+def _ball_radii(reach: Array, maps: Array, corners: Array, centers: Array) -> Array:
     """Return radii (B,) of bounding balls: by the corners, or by the longest axis of the map if that is less.
 
-    A ball around the corners' centre holds the shape before the map. Its radius grows at most by the map's longest
-    axis. For an ellipsoid, it is less than the distance of the corners by a factor of up to sqrt(3).
+    A ball around the corners' centre, of the radius `reach` (B,), holds the shape before the map. Its radius grows at
+    most by the map's longest axis. For an ellipsoid, it is less than the distance of the corners by a factor of up to
+    sqrt(3).
     """
     by_corners = np.linalg.norm(corners - centers[:, None], axis=-1).max(axis=1, initial=0.0)
-    own = np.array(_of_shapes(leaves, lambda leaf: leaf.shape.reach()))
-    return np.minimum(by_corners, own * np.linalg.norm(matrices[:, :, :3], ord=2, axis=(1, 2)))
+    return np.minimum(by_corners, reach * np.linalg.norm(maps[:, :, :3], ord=2, axis=(1, 2)))
 
 
-def cofactors(matrices: Array) -> Array:
-    """Return the cofactor matrices (N, 3, 3) of maps (N, 3, 4), by the formula of affine.cofactors()."""
-    a, b, c = (matrices[:, 0, j] for j in range(3))
-    d, e, f = (matrices[:, 1, j] for j in range(3))
-    g, h, i = (matrices[:, 2, j] for j in range(3))
-    rows = (
-        (e * i - f * h, f * g - d * i, d * h - e * g),
-        (c * h - b * i, a * i - c * g, b * g - a * h),
-        (b * f - c * e, c * d - a * f, a * e - b * d),
-    )
-    return np.moveaxis(np.array(rows).reshape(3, 3, -1), -1, 0)
-
-
-def _determinants(matrices: Array, cofactor: Array) -> Array:
-    return (
-        matrices[:, 0, 0] * cofactor[:, 0, 0]
-        + matrices[:, 0, 1] * cofactor[:, 0, 1]
-        + matrices[:, 0, 2] * cofactor[:, 0, 2]
-    )
-
-
-def _map_slabs(slabs: Sequence[Slab], matrices: Array) -> tuple[Array, Array, Array]:
-    """Return the unit normals (K, 3) and both offsets (K,) of slabs under maps (K, 3, 4).
-
-    The formulas are those of affine.map_plane() and affine.unit_plane(), so that a face of a body and an equal Plane
-    have equal bits.
-    """
-    normals = np.array([slab.normal for slab in slabs]).reshape(-1, 3)
-    cofactor = cofactors(matrices)
-    volume = _determinants(matrices, cofactor)
-    mapped = (
-        cofactor[:, :, 0] * normals[:, None, 0]
-        + cofactor[:, :, 1] * normals[:, None, 1]
-        + cofactor[:, :, 2] * normals[:, None, 2]
-    )
-    place = matrices[:, :, 3]
-    shift = mapped[:, 0] * place[:, 0] + mapped[:, 1] * place[:, 1] + mapped[:, 2] * place[:, 2]
-    low, high = (volume * np.array([getattr(slab, name) for slab in slabs]) + shift for name in ("low", "high"))
-    # The largest component is 1 after the division. Its sign comes back with the length, as in unit_plane().
-    rows = np.arange(len(mapped))
-    scale = mapped[rows, np.argmax(np.abs(mapped), axis=1)]
-    x, y, z = (mapped / scale[:, None]).T if len(mapped) else np.zeros((3, 0))
-    length = np.copysign(np.sqrt(x * x + y * y + z * z), scale)
-    unit = np.column_stack([x / length, y / length, z / length])
-    low, high = low / scale / length, high / scale / length
-    # A map with a negative determinant turns the normal, as map_plane() says: then low is high.
-    turned = volume < 0.0
-    unit = np.where(turned[:, None], -unit, unit)
-    return unit, np.where(turned, -low, low), np.where(turned, -high, high)
-
-
-def _map_walls(walls: Sequence[Wall], matrices: Array) -> Array:
-    """Return the forms (W, 4, 4) of walls under maps (W, 3, 4)."""
-    forms = np.array([wall.forms for wall in walls]).reshape(-1, 4, 4)
-    cofactor = cofactors(matrices)
-    inverse = np.swapaxes(cofactor, 1, 2) / _determinants(matrices, cofactor)[:, None, None]
+def _map_walls(walls: Sequence[Wall], number: Ints, maps: Array, kinds: Ints) -> Array:
+    """Return the forms (W, 4, 4) of the walls with the numbers (W,) and the kinds (W,), under maps (W, 3, 4)."""
+    forms = np.array([wall.forms for wall in walls]).reshape(-1, 4, 4)[number]
+    cofactor = affine_arrays.cofactors(maps)
+    inverse = np.swapaxes(cofactor, 1, 2) / affine_arrays.determinants(maps, cofactor)[:, None, None]
     w = (forms[:, :, :3, None] * inverse[:, None]).sum(axis=2)
-    c = forms[:, :, 3] - (w * matrices[:, None, :, 3]).sum(axis=2)
+    c = forms[:, :, 3] - (w * maps[:, None, :, 3]).sum(axis=2)
     forms = np.concatenate([w, c[..., None]], axis=2)
-    for k, wall in enumerate(walls):
-        if wall.kind != "torus":
-            forms[k] = _normalize(forms[k])
+    is_convex = kinds != WALLS.index("torus")
+    forms[is_convex] = _normalize(forms[is_convex])
     largest = np.abs(forms[:, :, :3]).max(axis=(1, 2), initial=0.0)[:, None, None]
     farthest = np.abs(forms[:, :, 3:]).max(axis=(1, 2), initial=0.0)[:, None, None]
     return np.concatenate([_snap(forms[:, :, :3], largest), _snap(forms[:, :, 3:], farthest)], axis=2)
 
 
 def _normalize(forms: Array) -> Array:
-    """Return forms (4, 4) of the same wall: orthogonal, the longest of l1 to l3 of length 1."""
-    w = forms[1:, :3]
-    products = w @ w.T
-    scale = np.sqrt(np.diag(products).max())
-    aside = products - np.diag(np.diag(products))
-    if np.abs(aside).max() > _ORTHOGONAL * scale**2:
-        u, _, _ = np.linalg.svd(w)
-        forms = np.concatenate([forms[:1], u.T @ forms[1:]])
-        scale = np.linalg.norm(forms[1:, :3], axis=1).max()
-    return forms / scale
+    """Return forms (W, 4, 4) of the same walls: orthogonal, the longest of l1 to l3 of length 1."""
+    w = forms[:, 1:, :3]
+    products = (w[:, :, None] * w[:, None]).sum(axis=3)
+    squares = products[:, range(3), range(3)]
+    largest = squares.max(axis=1, initial=0.0)
+    aside = np.abs(products[:, [0, 0, 1], [1, 2, 2]]).max(axis=1, initial=0.0)
+    oblique = np.flatnonzero(aside > _ORTHOGONAL * largest)
+    if len(oblique):
+        u, _, _ = np.linalg.svd(w[oblique])
+        turned = (u[:, :, :, None] * forms[oblique, 1:, None]).sum(axis=1)
+        forms[oblique, 1:] = turned
+        largest[oblique] = (turned[:, :, :3] ** 2).sum(axis=2).max(axis=1)
+    return forms / np.sqrt(largest)[:, None, None]
 
 
 def _snap(values: Array, largest: Array) -> Array:

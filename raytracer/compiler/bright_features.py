@@ -1,9 +1,9 @@
 """The small bright features of a scene, which samples may miss because they are smaller than the samples' distance.
 
-Features are emitting spheres, glints (a surface with a narrow lobe mirrors a light), and hot spots (surfaces close to
-an attenuated light). Their areas and radiance follow from the scene's numbers, to a factor of about 2. Hidden features
-count, and so do features in flat mirrors, and emitters in mirroring balls. Not counted: features in other mirrors, on
-the inside of spheres, on bodies (bodies.py), and of the lobes of measured materials.
+Features are emitting spheres and bodies (bodies.py), glints (a surface with a narrow lobe mirrors a light), and hot
+spots (surfaces close to an attenuated light). Their areas and radiance follow from the scene's numbers, to a factor of
+about 2. Hidden features count, and so do features in mirroring planes, and emitters in mirroring balls. Not counted:
+features in other mirrors, on the inside of spheres, on curved faces of bodies, and of the lobes of measured materials.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.eyes import MOST_EYES, Eye, Mirror, eyes
+from raytracer.compiler.feature_surfaces import FeatureSurfaces, all_surfaces
 from raytracer.compiler.features import NO_FEATURES, Features
 from raytracer.compiler.narrow_lobes import Lobe, diffuse_reflectance, highlight_lobe, mirrored_share
-from raytracer.compiler.surfaces import Surfaces
 from raytracer.core.validation import MAX_COLOR
 from raytracer.scene.lights import PointLight
 from raytracer.scene.scene_objects import SceneObjects
@@ -35,9 +35,6 @@ _NARROW = 0.01
 _HALVINGS = 11
 # The number of pairs of a surface and a light in one array: arrays of this size fit a processor's cache.
 _PAIRS = 2**14
-# The most pairs of a surface and a light for one camera or its mirror image: they take a tenth of a second. If there
-# are more, only every second, third ... surface is examined.
-_MOST_PAIRS = 2**18
 # The smallest cosine between a normal and a direction, so that no quotient is infinite.
 _GRAZING = 1e-3
 
@@ -62,16 +59,6 @@ class _Materials(NamedTuple):
     diffuse: Array  # (M, 3)
     mirrored: Array  # (M, 3)
     lobes: _Lobes
-
-
-class _Surfaces(NamedTuple):
-    """Some of a scene's surfaces: B balls, then P planes."""
-
-    centers: Array  # (B, 3)
-    radii: Array  # (B,)
-    normals: Array  # (P, 3)
-    offsets: Array  # (P,)
-    materials: Ints  # (B + P,): the row of each surface's material in _Materials
 
 
 class _Lights(NamedTuple):
@@ -124,24 +111,31 @@ def _features(compiled: CompiledScene, materials: _Materials, size: tuple[int, i
     emits, is_narrow = materials.emission.max(axis=1) > 0.0, materials.lobes.sizes > 0.0
     if not (near or emits.any() or (lights and is_narrow.any())):
         return NO_FEATURES
-    rows = np.searchsorted(surfaces.used, _without_bodies(surfaces, surfaces.material))
+    everything = all_surfaces(surfaces)
+    rows, bounded = everything.materials, surfaces.bounded
     emits, is_narrow = emits[rows], is_narrow[rows]
-    emits[surfaces.spheres :] = False
     is_mirror = np.any(materials.mirrored, axis=1)[rows] & compiled.has_mirrors
-    emitters = _choose(surfaces, rows, emits, 1)
-    flat = _flat_mirrors(_choose(surfaces, rows, is_mirror, 1), materials.mirrored)
+    # The balls in place of bodies only emit. Of the faces of bodies, none counts as a mirror.
+    emits[bounded:] = False
+    is_exact = np.ones(len(rows), bool)
+    is_exact[surfaces.spheres : bounded] = False
+    is_narrow &= is_exact
+    is_mirror &= is_exact
+    is_mirror[bounded:] &= everything.planes.owners < 0
+    emitters = everything.choose(emits, 1)
+    flat = _flat_mirrors(everything.choose(is_mirror, 1), materials.mirrored)
     parts = [NO_FEATURES]
     with np.errstate(all="ignore"):  # Eye.features() leaves out overflowing features
         for eye in eyes(compiled.scene.camera, size, flat, compiled.options.bounces):
-            balls = eye.sees(surfaces.centers[: surfaces.spheres], surfaces.radii[: surfaces.spheres])
-            seen = np.append(balls, np.ones(len(surfaces.planes), bool))
-            parts.append(_emitters(eye, _choose(surfaces, rows, seen & emits, 1), materials.emission))
-            mirrors = _choose(surfaces, rows, seen & is_mirror, len(emitters.radii))
+            seen = np.ones(len(rows), bool)
+            seen[:bounded] = eye.sees(everything.centers, everything.radii)
+            parts.append(_emitters(eye, everything.choose(seen & emits, 1), materials.emission))
+            mirrors = everything.choose(seen & is_mirror, len(emitters.radii))
             parts += _emitters_in_balls(eye, emitters, mirrors, materials)
-            narrow = _choose(surfaces, rows, seen & is_narrow, len(lights))
+            narrow = everything.choose(seen & is_narrow, len(lights))
             lobes = _Lobes(*(column[narrow.materials] for column in materials.lobes))
             parts += [_glints(eye, portion, narrow, lobes) for portion in _portions(lights, narrow)]
-            shown = _choose(surfaces, rows, seen, len(near))
+            shown = everything.choose(seen & is_exact, len(near))
             parts += [_hot_spots(eye, portion, shown, materials.diffuse) for portion in _portions(near, shown)]
     return Features(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
@@ -158,32 +152,13 @@ def _materials(compiled: CompiledScene) -> _Materials:
     )
 
 
-def _without_bodies(surfaces: Surfaces, values: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the values of S + B + P surfaces without those of the bodies: (S + P,)."""
-    return np.concatenate([values[: surfaces.spheres], values[surfaces.bounded :]])
-
-
-def _choose(surfaces: Surfaces, rows: Ints, mask: Mask, lights: int) -> _Surfaces:
-    """Choose the surfaces that are True in `mask` (S + P,), or a regular sample of them.
-
-    The sample is for surfaces that have more than _MOST_PAIRS pairs with so many `lights`. `rows` (S + P,) has the row
-    of each surface's material in _Materials.
-    """
-    chosen = np.flatnonzero(mask)
-    chosen = chosen[:: max(1, -(-len(chosen) * lights // _MOST_PAIRS))]
-    balls, planes = chosen[chosen < surfaces.spheres], chosen[chosen >= surfaces.spheres] - surfaces.spheres
-    return _Surfaces(
-        surfaces.centers[balls], surfaces.radii[balls], surfaces.normals[planes], surfaces.offsets[planes], rows[chosen]
-    )
-
-
-def _flat_mirrors(mirrors: _Surfaces, mirrored: Array) -> list[Mirror]:
+def _flat_mirrors(mirrors: FeatureSurfaces, mirrored: Array) -> list[Mirror]:
     """Return the planes among `mirrors`, at most MOST_EYES. `mirrored` (M, 3) has the share that materials mirror."""
     factors = mirrored[mirrors.materials[len(mirrors.radii) :]]
-    return [*map(Mirror, mirrors.normals, mirrors.offsets.tolist(), factors)][:MOST_EYES]
+    return [*map(Mirror, mirrors.planes.normals, mirrors.planes.offsets.tolist(), factors)][:MOST_EYES]
 
 
-def _portions(lights: Sequence[PointLight], surfaces: _Surfaces) -> Iterator[_Lights]:
+def _portions(lights: Sequence[PointLight], surfaces: FeatureSurfaces) -> Iterator[_Lights]:
     """Yield the lights in portions, each with at most _PAIRS pairs with the surfaces (or one light)."""
     for portion in _slices(len(lights), len(surfaces.materials)):
         chosen = lights[portion]
@@ -201,13 +176,15 @@ def _slices(lights: int, surfaces: int) -> Iterator[slice]:
     yield from (slice(i, i + step) for i in range(0, lights if surfaces else 0, step))
 
 
-def _emitters(eye: Eye, balls: _Surfaces, emission: Array) -> Features:
+def _emitters(eye: Eye, balls: FeatureSurfaces, emission: Array) -> Features:
     """Return the emitting balls. `emission` (M, 3) is the radiance that materials emit."""
     solid_angles = math.pi * balls.radii**2 / np.square(balls.centers - eye.position).sum(axis=1)
     return eye.features(balls.centers, solid_angles, solid_angles, emission[balls.materials])
 
 
-def _emitters_in_balls(eye: Eye, emitters: _Surfaces, mirrors: _Surfaces, materials: _Materials) -> Iterator[Features]:
+def _emitters_in_balls(
+    eye: Eye, emitters: FeatureSurfaces, mirrors: FeatureSurfaces, materials: _Materials
+) -> Iterator[Features]:
     """Yield the mirror images of emitting balls in the balls among `mirrors`."""
     emission = materials.emission[emitters.materials][:, None]
     factors = materials.mirrored[mirrors.materials[: len(mirrors.radii)]]
@@ -219,18 +196,19 @@ def _emitters_in_balls(eye: Eye, emitters: _Surfaces, mirrors: _Surfaces, materi
         yield eye.features(points, images, images, emission[portion] * factors * reflections.is_lit[..., None])
 
 
-def _glints(eye: Eye, lights: _Lights, surfaces: _Surfaces, lobes: _Lobes) -> Features:
+def _glints(eye: Eye, lights: _Lights, surfaces: FeatureSurfaces, lobes: _Lobes) -> Features:
     """Return the glints: the mirror images of K lights in N surfaces with N `lobes`."""
     places = lights.positions
     on_balls, on_planes = _mirror_points(eye, places, surfaces), _plane_mirror_points(eye, places, surfaces)
     points, normals = (np.concatenate(pair, axis=1) for pair in zip(on_balls, on_planes, strict=True))
-    curvature = np.append(1.0 / surfaces.radii, np.zeros(len(surfaces.offsets)))
+    curvature = np.append(1.0 / surfaces.radii, np.zeros(len(surfaces.planes.offsets)))
     reflections = _reflections(eye, places, points, normals, curvature)
     c = reflections.cosine
     sizes = reflections.scale * lobes.sizes / c**lobes.widening
     fresnel = lobes.f0 + (1.0 - lobes.f0) * (1.0 - c[..., None]) ** 5
     peaks = lobes.peaks * fresnel * (c**lobes.powers)[..., None]
-    radiance = lights.irradiance(reflections.away) * peaks * reflections.is_lit[..., None]
+    is_lit = reflections.is_lit & surfaces.are_held(points)
+    radiance = lights.irradiance(reflections.away) * peaks * is_lit[..., None]
     return eye.features(points, sizes, sizes + reflections.images(lights.radii), radiance)
 
 
@@ -250,7 +228,7 @@ def _reflections(eye: Eye, lights: Array, points: Array, normals: Array, curvatu
     return _Reflections(cosine > 0.0, c, away, scale)
 
 
-def _mirror_points(eye: Eye, lights: Array, balls: _Surfaces) -> tuple[Array, Array]:
+def _mirror_points(eye: Eye, lights: Array, balls: FeatureSurfaces) -> tuple[Array, Array]:
     """Find the points in which B balls mirror lights at (K, 3), and the normals there: (K, B, 3) each.
 
     Lights and eye must be outside the balls. The normal lies between the directions from the centre to the eye and to
@@ -280,12 +258,12 @@ def _mirror_points(eye: Eye, lights: Array, balls: _Surfaces) -> tuple[Array, Ar
     return centers + radii[:, None] * normals, normals
 
 
-def _plane_mirror_points(eye: Eye, lights: Array, planes: _Surfaces) -> tuple[Array, Array]:
+def _plane_mirror_points(eye: Eye, lights: Array, planes: FeatureSurfaces) -> tuple[Array, Array]:
     """Find the points in which P planes mirror lights at (K, 3), and the normals there: (K, P, 3) each.
 
     The points are right for lights on the eye's side of the plane.
     """
-    normals, offsets = planes.normals, planes.offsets
+    normals, offsets, _ = planes.planes
     height, heights = normals @ eye.position - offsets, lights @ normals.T - offsets
     share = height / (height + heights)
     foot = eye.position - height[:, None] * normals
@@ -294,7 +272,7 @@ def _plane_mirror_points(eye: Eye, lights: Array, planes: _Surfaces) -> tuple[Ar
     return points, np.broadcast_to(np.sign(height)[:, None] * normals, points.shape)
 
 
-def _hot_spots(eye: Eye, lights: _Lights, surfaces: _Surfaces, diffuse: Array) -> Features:
+def _hot_spots(eye: Eye, lights: _Lights, surfaces: FeatureSurfaces, diffuse: Array) -> Features:
     """Return the hot spots: around the points of N surfaces nearest to K lights, as wide as the light is near.
 
     `diffuse` (M, 3) is the diffuse reflectance f of the materials.
@@ -305,8 +283,8 @@ def _hot_spots(eye: Eye, lights: _Lights, surfaces: _Surfaces, diffuse: Array) -
     outward /= distance[..., None]
     # A light inside a ball does not light its outside.
     heights = np.where(distance > surfaces.radii, distance - surfaces.radii, np.inf)
-    above = lights.positions @ surfaces.normals.T - surfaces.offsets
-    normals = np.concatenate([outward, np.sign(above)[..., None] * surfaces.normals], axis=1)
+    above = lights.positions @ surfaces.planes.normals.T - surfaces.planes.offsets
+    normals = np.concatenate([outward, np.sign(above)[..., None] * surfaces.planes.normals], axis=1)
     heights = np.concatenate([heights, np.abs(above)], axis=1)
     widths = np.maximum(heights, lights.radii)
     # A spot is no wider than its ball.
@@ -315,7 +293,7 @@ def _hot_spots(eye: Eye, lights: _Lights, surfaces: _Surfaces, diffuse: Array) -
     to_eye = eye.position - points
     far = _length(to_eye)
     cosine = _dot(normals, to_eye) / far
-    solid_angles = math.pi * np.square(widths / far) * np.maximum(cosine, 0.0)
+    solid_angles = math.pi * np.square(widths / far) * np.maximum(cosine, 0.0) * surfaces.are_held(points)
     return eye.features(points, solid_angles, solid_angles, lights.irradiance(heights) * diffuse[surfaces.materials])
 
 

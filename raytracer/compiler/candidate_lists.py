@@ -26,7 +26,15 @@ from raytracer.compiler.direction_cells import (
     tangents,
 )
 from raytracer.compiler.hemisphere_lists import LightBalls, hemisphere_lists, light_balls
-from raytracer.compiler.program_rows import FindPairs, Rows, fill_rows, most_listed, rows_of_cells, rows_without_spheres
+from raytracer.compiler.program_rows import (
+    FindPairs,
+    Rows,
+    fill_rows,
+    most_listed,
+    rows_of_cells,
+    rows_of_grids,
+    rows_without_spheres,
+)
 from raytracer.compiler.view_space import View, camera_grid
 from raytracer.scene.lights import PointLight
 
@@ -92,7 +100,9 @@ class Lister:
     @property
     def ball_count(self) -> int:
         """The number of balls in the lists of lights."""
-        return len(self._items.radii) + sum(batch.surfaces.size for batch in self._batches.programs)
+        return len(self._items.radii) + sum(
+            len(batch.order) if batch.is_long_chain else batch.surfaces.size for batch in self._batches.programs
+        )
 
     @functools.cached_property
     def _balls(self) -> LightBalls:
@@ -215,14 +225,20 @@ class Lister:
             most: The most such pairs; more raise InputError.
         """
         listed: list[tuple[ProgramBatch, Ints, Rows]] = []
+        grids: list[Rows] = []
+        number = 0  # of the next grid
         for batch in self._batches.programs:
+            if batch.is_long_chain:
+                grids.append(rows_of_grids(batch, number, self._centers, self._radii, find_pairs))
+                number += len(batch.order)
+                continue
             pairs, rows, more = rows_of_cells(batch, self._bounded, self._centers, self._radii, find_pairs, total, most)
             listed.append((batch, pairs, rows))
             total += more
-        bare = [rows_without_spheres(batch, self._bounded) for batch in self._batches.programs]
+        bare = [rows_without_spheres(batch, self._bounded) for batch, _, _ in listed]
         if any(len(rows.cell) for rows in bare):
             some = count > 0
-            for _, _, rows in listed:
+            for rows in (*grids, *(rows for _, _, rows in listed)):
                 some[rows.cell] = True
             occupied = np.flatnonzero(some)
             listed = [
@@ -233,7 +249,7 @@ class Lister:
                 )
                 for (batch, pairs, rows), around in zip(listed, bare, strict=True)
             ]
-        parts = [rows.entries() for _, _, rows in listed if len(rows.cell)]
+        parts = [rows.entries() for rows in (*grids, *(rows for _, _, rows in listed)) if len(rows.cell)]
         entries = item
         if parts:
             cell = np.concatenate(

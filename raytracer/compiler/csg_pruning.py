@@ -11,6 +11,7 @@ A program is a row of int32 codes: leaf << 5 | swapped << 4 | negated << 3 | ope
     3 AND        combine the two topmost values by AND; the leaf field is 0
     4 OR         combine the two topmost values by OR; the leaf field is 0
     5 TRUE       the constant True; the only code of its program
+    6 GRID       the object of a grid (chain_grids.py); the leaf field is the grid's number; the only code
 
 `negated`: the leaf stands for its complement. `swapped`: the later operand (the leaf, or the top of the stack) comes
 before the other one in the tree. The order in the tree matters, because the first operand that changes at a surface
@@ -35,7 +36,7 @@ from raytracer.scene.solids.solid import Solid
 
 Mask = NDArray[np.bool_]
 
-PUSH, AND_LEAF, OR_LEAF, AND, OR, TRUE = range(6)
+PUSH, AND_LEAF, OR_LEAF, AND, OR, TRUE, GRID = range(7)
 LEAF_SHIFT, SWAPPED, NEGATED = 5, 1 << 4, 1 << 3
 _DROPPED = -1
 # The number of pairs of a cell and a leaf that are pruned at a time.
@@ -139,6 +140,12 @@ class Pruner:
         pair, how = entries >> LEAF_SHIFT, entries & ((1 << LEAF_SHIFT) - 1)
         code = self._code[pair & self._mask] | how
         return row_starts(pair >> self._bits, cells), code.astype(np.int32)
+
+    def whole_program(self) -> Ints:
+        """Return the codes (K,) of the program of a cell in which all leaves are listed."""
+        leaves = np.arange(len(self._leaf))
+        start, code = self.programs(np.zeros_like(leaves), leaves, 1)
+        return mark_chains(start, code).astype(np.int64)
 
     @property
     def _mask(self) -> int:

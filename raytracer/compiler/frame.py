@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler import packing
+from raytracer.compiler.chain_grids import Grids, update_grids
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.culling import occupied_cells, occupied_cells_of_light
 from raytracer.compiler.direction_cells import CELL
@@ -84,6 +85,7 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
     materials: MaterialNumbers
     lights: LightNumbers
     lists: LightLists | None
+    grids: Grids | None  # of long chains
     cells: CellMasks
     uniforms: dict[str, object]
     rounds: int  # an upper bound of the rounds of loops for a pixel's rays: see cut_short.glsl
@@ -107,6 +109,8 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
         if self.lists:
             textures |= {"items": (self.lists.camera.items,), "objects": (self.lists.camera.objects,)}
             textures |= {"lists": self.lists.entries, "ends": self.lists.ends}
+        if self.grids:
+            textures |= {"grids": (self.grids.headers,), "gridLeaves": (self.grids.leaves,)}
         return textures
 
     @property
@@ -152,6 +156,9 @@ def make_frame(
         materials=materials,
         lights=lights,
         lists=lists,
+        grids=update_grids(compiled.batches, view, compiled.shadowing_lights, previous.grids if previous else None)
+        if lists and compiled.batches.has_grids
+        else None,
         cells=_cells(compiled, view, surfaces, lights, lists, size, plane_only, previous),
         uniforms=_uniforms(compiled, view, lists, size),
         rounds=most_rounds(compiled, ray, to_light),

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.batches import ProgramBatch
-from raytracer.compiler.csg_pruning import LEAF_SHIFT, TRUE, mark_chains
+from raytracer.compiler.csg_pruning import GRID, LEAF_SHIFT, NEGATED, OR_LEAF, TRUE, mark_chains
 from raytracer.core.validation import InputError
 
 Array = NDArray[np.float64]
@@ -111,6 +111,30 @@ def rows_of_cells(
     start, code = batch.pruner.programs(row, leaf, len(pair))
     cell, instance = np.divmod(pair, count)
     return pair, _make_rows(batch, cell, instance, start, code), len(leaf)
+
+
+def rows_of_grids(batch: ProgramBatch, first: int, centers: Array, radii: Array, find_pairs: FindPairs) -> Rows:
+    """Return the entries of objects with grids, in cells whose rays may meet them, as rows of one code each.
+
+    `first` is the number of the first object's grid. The others follow.
+    """
+    cell, instance = find_pairs(*_bounding_balls(batch, centers, radii))
+    code = ((first + instance) << LEAF_SHIFT | GRID).astype(np.int32)
+    return Rows(cell, batch.order[instance], np.arange(len(cell) + 1), code)
+
+
+def _bounding_balls(batch: ProgramBatch, centers: Array, radii: Array) -> tuple[Array, Array]:
+    """Return balls (n, 3), (n,) around the objects of a long chain: the smallest ball that bounds a conjunction, or a
+    ball around all leaves of a union."""
+    codes = batch.pruner.whole_program()
+    if (codes[-1] & 7) == OR_LEAF:
+        middle = centers[batch.surfaces].mean(axis=1)
+        away = np.linalg.norm(centers[batch.surfaces] - middle[:, None], axis=2)
+        return middle, (away + radii[batch.surfaces]).max(axis=1)
+    leaves = codes[(codes & NEGATED) == 0] >> LEAF_SHIFT
+    surfaces = batch.surfaces[:, leaves[batch.surfaces[0, leaves] < len(radii)]]
+    smallest = surfaces[np.arange(len(surfaces)), np.argmin(radii[surfaces], axis=1)]
+    return centers[smallest], radii[smallest]
 
 
 def fill_rows(batch: ProgramBatch, rows: Rows, bare: Rows, pairs: Ints, cells: Ints, most: int) -> Rows:

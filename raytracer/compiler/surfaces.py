@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import msgspec
@@ -9,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.bodies import WALLS, Bodies, is_on_wall, make_bodies
+from raytracer.compiler.placed_leaves import place_leaves
 from raytracer.core.validation import Vec3
 from raytracer.scene.lights import PointLight
 from raytracer.scene.scene import Scene
 from raytracer.scene.scene_objects import SceneObjects
-from raytracer.scene.solids.body import Placed
-from raytracer.scene.solids.flattening import leaves
 from raytracer.scene.solids.limits import ROUNDING
-from raytracer.scene.solids.plane import Plane
 
 Array = NDArray[np.float64]
 
@@ -37,7 +36,6 @@ class Surfaces(msgspec.Struct, frozen=True, eq=False):
     radii: Array  # (S + B,)
     extents: Array  # (S,): the largest absolute coordinate of each sphere's centre
     bodies: Bodies
-    planes: list[Plane]
     normals: Array  # (P, 3), unit
     offsets: Array  # (P,), for the unit normals
     material: NDArray[np.int32]  # (S + B + P,), index into Scene.materials
@@ -63,32 +61,18 @@ def make_surfaces(scene: Scene) -> Surfaces:
     """Collect the surfaces of all objects of `scene`."""
     assert isinstance(scene.objects, SceneObjects)
     order = {material: i for i, material in enumerate(scene.materials)}
-    sphere_materials: list[NDArray[np.int32]] = []
-    bodies: list[Placed] = []
-    planes: list[Plane] = []
-    for run in scene.objects.runs():
-        own = np.array([order[sphere.material] for sphere in run.spheres], np.int32)
-        sphere_materials.append(np.tile(own, len(run.instances)) if run.instances else own)
-        others = [node for node in run.nodes if isinstance(node, Placed | Plane)]
-        if others and run.instances:
-            others = [leaf for solid in run.instances.solids() for leaf in leaves(solid)]
-        bodies += [leaf for leaf in others if isinstance(leaf, Placed)]
-        planes += [leaf for leaf in others if isinstance(leaf, Plane)]
     centers, radii = scene.objects.spheres()
-    made = make_bodies(bodies)
-    other_materials = [order[leaf.material] for leaf in (*bodies, *planes)]
-    material = np.concatenate([*sphere_materials, np.array(other_materials, np.int32)])
-    units = [plane.unit() for plane in planes]
+    placed = place_leaves(scene.objects, order)
+    bodies = make_bodies(placed.bodies)
     return Surfaces(
-        np.concatenate([centers, made.centers]),
-        np.concatenate([radii, made.radii]),
+        np.concatenate([centers, bodies.centers]),
+        np.concatenate([radii, bodies.radii]),
         np.abs(centers).max(axis=1, initial=0.0),
-        made,
-        planes,
-        np.array([normal for normal, _ in units]).reshape(-1, 3),
-        np.array([offset for _, offset in units]),
-        material,
-        np.flatnonzero(np.bincount(material)).tolist(),  # np.unique would import numpy.ma
+        bodies,
+        placed.normals,
+        placed.offsets,
+        placed.material,
+        np.flatnonzero(np.bincount(placed.material)).tolist(),  # np.unique would import numpy.ma
     )
 
 
@@ -133,11 +117,18 @@ def _surface_at_light(surfaces: Surfaces, light: PointLight, near: NDArray[np.in
         return int(touching[0])
     if light.radius:
         return None
-    # Plane.touches() sums without rounding, which is slow, so only planes near the light are tested.
+    # The exact test sums without rounding, which is slow, so only planes near the light are tested.
     off = np.abs(surfaces.normals @ light.position - surfaces.offsets)
     near = np.flatnonzero(off <= _NEAR * np.maximum(np.abs(surfaces.offsets), largest))
-    plane = next((surfaces.bounded + int(p) for p in near if surfaces.planes[p].touches(light.position)), None)
+    plane = next((surfaces.bounded + int(p) for p in near if _is_on_plane(surfaces, p, light.position)), None)
     return plane if plane is not None else _face_at_light(surfaces, light)
+
+
+def _is_on_plane(surfaces: Surfaces, plane: int, point: Vec3) -> bool:
+    """Return whether a point lies on a plane, as Plane.touches()."""
+    offset = float(surfaces.offsets[plane])
+    products = (-n * p for n, p in zip(surfaces.normals[plane].tolist(), point, strict=True))
+    return abs(math.fsum((offset, *products))) <= ROUNDING * max(map(abs, (*point, offset)))
 
 
 def _face_at_light(surfaces: Surfaces, light: PointLight) -> int | None:

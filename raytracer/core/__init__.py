@@ -11,7 +11,7 @@ building a scene and reporting a wrong value need no NumPy. Other packages may u
     shown: format_value, escape_unprintable, shorten (values as text in an error message)
     record: Record (base class of frozen structs with `replace`), public
     vectors: add, sub, dot, cross, scale_by, divide_by
-    arrays: number_array
+    arrays: number_array, float_array
     files: open_regular, read_bounded (files of the user); find_data_folder, read_packaged (files that are installed
         with the package)
     output: check_output, check_folder, write_atomically, replace_atomically, write_new, write_numbered, Writer

@@ -54,6 +54,14 @@ def number_array(
         raise InputError(f"expected {expected}, in rows of one length", key) from None
 
 
+def float_array(array: NDArray[Any]) -> NDArray[Any]:
+    """Copy an array to float64, with -0 replaced by 0, so that equal arrays have equal bytes and equal hashes."""
+    import numpy as np
+
+    with np.errstate(over="ignore"):  # numbers beyond float64 become infinite, which callers reject
+        return np.asarray(array, np.float64, order="C") + 0.0
+
+
 def _array(value: Any, key: Key | Keys) -> NDArray[Any] | None:
     """Convert an array of NumPy or of another library to a NumPy array; return None if `value` is no array."""
     if not hasattr(type(value), "__array__"):

@@ -1,10 +1,11 @@
-"""Positions and scales of instances in a `.csv` file with the header `x,y,z` or `x,y,z,scale`."""
+"""Places of instances in a `.csv` file: columns `x,y,z`, then optionally `scale`, then optionally `qw,qx,qy,qz`."""
 
 from __future__ import annotations
 
 import csv
 from array import array
 from collections.abc import Iterator
+from typing import Any
 
 from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError
@@ -12,23 +13,28 @@ from raytracer.scene.instances import Instances
 from raytracer.scene.solids.limits import MAX_SURFACES
 from raytracer.scene.solids.solid import Solid
 
-# The largest length of a line, in bytes. Four numbers take about 100.
+# The largest length of a line, in bytes. Eight numbers take about 200.
 _MAX_LINE = 1 << 18
 # The largest number of lines, with empty ones: room for an empty line after each row.
 _MAX_LINES = 2 * MAX_SURFACES
 
-_HEADERS = (["x", "y", "z"], ["x", "y", "z", "scale"])
-_COLUMNS = {"positions": "x,y,z", "scales": "scale"}
+# The columns of each argument of Instances. `rotations` are quaternions.
+_COLUMNS = {"positions": "x,y,z", "scales": "scale", "rotations": "qw,qx,qy,qz"}
+_HEADER = "x,y,z, then scale or not, then qw,qx,qy,qz or not"
 
 
 def read(solid: Solid, data: bytes) -> Instances:
-    """Return instances of `solid` with the positions and scales in a file's bytes. Raises InputError, with the line."""
+    """Return instances of `solid` with the places in a file's bytes. Raises InputError, with the line."""
     import numpy as np
 
-    numbers, lines, width = _csv_numbers(data)
-    table = np.array(numbers).reshape(-1, width)
+    numbers, lines, fields = _csv_numbers(data)
+    widths = [len(_COLUMNS[field].split(",")) for field in fields]
+    table = np.array(numbers).reshape(-1, sum(widths))
+    values: dict[str, Any] = dict(zip(fields, np.split(table, np.cumsum(widths)[:-1], axis=1), strict=True))
+    if "scales" in values:
+        values["scales"] = values["scales"].ravel()
     try:
-        return Instances(solid, table[:, :3], table[:, 3] if width == 4 else 1.0)
+        return Instances(solid, **values)
     except InputError as error:
         match error.keys:
             case (str() as field, int() as row, *_):
@@ -36,9 +42,11 @@ def read(solid: Solid, data: bytes) -> Instances:
         raise
 
 
-def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
-    """Return all numbers row by row, the line of each row, and the number of columns."""
-    numbers, lines, header = array("d"), array("q"), []
+def _csv_numbers(data: bytes) -> tuple[array[float], array[int], list[str]]:
+    """Return all numbers row by row, the line of each row, and the arguments of Instances that have columns."""
+    numbers, lines = array("d"), array("q")
+    header: list[str] = []
+    fields: list[str] = []
     for number, line in enumerate(_csv_lines(data), start=1):
         try:
             # Parse line by line: no number continues on the next line.
@@ -47,9 +55,7 @@ def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
             raise InputError(f"expected CSV: {error}", line=number) from None
         if number == 1:
             header = [cell.strip() for cell in row]
-            if header not in _HEADERS:
-                got = format_value(",".join(header))
-                raise InputError(f"expected the header {' or '.join(map(','.join, _HEADERS))}, got {got}", line=1)
+            fields = _fields(header)
             continue
         if not row:
             continue
@@ -64,7 +70,16 @@ def _csv_numbers(data: bytes) -> tuple[array[float], array[int], int]:
             expected = f"{len(header)} numbers: {','.join(header)}"
             raise InputError(f"expected {expected}, got {format_value(','.join(row))}", line=number) from None
         lines.append(number)
-    return numbers, lines, len(header)
+    return numbers, lines, fields
+
+
+def _fields(header: list[str]) -> list[str]:
+    """Return the arguments of Instances that the first line of a file has columns for. Raises InputError."""
+    for optional in ([], ["scales"], ["rotations"], ["scales", "rotations"]):
+        fields = ["positions", *optional]
+        if ",".join(header) == ",".join(_COLUMNS[field] for field in fields):
+            return fields
+    raise InputError(f"expected the header {_HEADER}, got {format_value(','.join(header))}", line=1)
 
 
 def _csv_lines(data: bytes) -> Iterator[str]:

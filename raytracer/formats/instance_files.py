@@ -1,4 +1,4 @@
-"""Companion files with the positions and scales of instances. The suffix decides the format.
+"""Companion files with the positions, scales and rotations of instances. The suffix decides the format.
 
 To add a format, add a module with a function `read`, and an entry in READERS. Every error is an `InputError` that
 begins with the file's name.
@@ -21,7 +21,7 @@ READERS: dict[str, Callable[[Solid, bytes], Instances]] = {".csv": instance_csv.
 
 
 def read_instances(solid: Solid, folder: Path, name: str, budget: ByteBudget | None = None) -> Instances:
-    """Read the positions of instances from a companion file.
+    """Read the places of instances from a companion file.
 
     Args:
         solid: the solid to copy.

@@ -31,7 +31,7 @@ from raytracer.scene.solids.solid import Solid
 # The most operators in the expressions of all objects and parts together: as many as a scene can have primitives.
 MAX_OPERATORS = MAX_SURFACES
 # The keys of a table in [instances]. For other tables, the keys are the fields of a struct.
-_INSTANCES = ("positions", "scales", "file")
+_INSTANCES = ("positions", "scales", "rotations", "file")
 
 
 def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[Scene, str]:
@@ -198,9 +198,10 @@ def _instances(value: Any, solid: Solid, folder: Path | None, budget: ByteBudget
         got = "both" if "file" in table else "neither"
         raise InputError(f"expected one of positions or file, got {got}")
     if "file" not in table:
-        return Instances(solid, table["positions"], table.get("scales", 1.0))
-    if "scales" in table:
-        raise InputError(f"expected scales in {format_value(table['file'])} only, not here as well", "scales")
+        return Instances(solid, **table)
+    for key in ("scales", "rotations"):
+        if key in table:
+            raise InputError(f"expected {key} in {format_value(table['file'])} only, not here as well", key)
     with within("file"):
         if folder is None:
             raise InputError(

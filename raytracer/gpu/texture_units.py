@@ -12,6 +12,8 @@ SCENE_UNITS = {
     "objects": 7,
     "measured": 8,
     "bodies": 9,
+    "grids": 15,
+    "gridLeaves": 1,
 }
 # All samplers of the shaders. OpenGL 3.3 promises 16 units to each shader.
 UNITS = SCENE_UNITS | {

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from raytracer.core.validation import Vec3
 from raytracer.ground_truth import quadrics, tori
 from raytracer.ground_truth.microfacets import dot
-from raytracer.ground_truth.solid_faces import WallDefinition, faces
+from raytracer.ground_truth.solid_faces.definition import WallDefinition
+from raytracer.ground_truth.solid_faces.registry import find_faces
 from raytracer.scene.lights import PointLight
 from raytracer.scene.solids import affine
 from raytracer.scene.solids.affine import Map
@@ -228,7 +229,7 @@ class SceneSurfaces:
         if isinstance(leaf, Plane):
             return [self._half_space(*leaf.unit())]
         assert isinstance(leaf, Placed)
-        half_spaces, wall = faces(leaf.shape)
+        half_spaces, wall = find_faces(leaf.shape)
         parts = [
             self._half_space(*affine.unit_plane(*affine.map_plane(leaf.matrix, *half_space)))
             for half_space in half_spaces

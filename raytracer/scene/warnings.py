@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from raytracer.core.shown import format_value
 from raytracer.core.validation import Vec3
@@ -16,12 +15,6 @@ from raytracer.scene.materials.models import MODELS, REFLECTED
 from raytracer.scene.scene import Scene
 from raytracer.scene.scene_objects import SceneObjects
 from raytracer.scene.settings import Settings
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 # The number of materials that are warned about one by one. A scene may have a million materials.
 _NAMED = 5
@@ -78,38 +71,44 @@ def _too_bright(material: Material, shares: list[str]) -> str:
 
 
 # The largest ratio of distance and radius that float32 resolves: 41943. The error of a point at distance d is about
-# 4 x 2^-24 d. When it reaches 1 % of a sphere's radius, cuts of the sphere and shadows on it become visibly wrong.
+# 4 x 2^-24 d. When it reaches 1 % of a sphere's radius, cuts of the sphere and shadows on it become visibly wrong. The
+# same holds for half the thickness of other solids.
 _RESOLVED = 0.01 * 2.0**24 / 4.0
 
 
 def precision_warning(scene: Scene, settings: Settings) -> str | None:
-    """Return a warning if 32 bits do not resolve the scene's spheres, else None.
+    """Return a warning if 32 bits do not resolve the scene's bounded solids, else None.
 
-    The measure is the largest distance from the camera to a visible point of a sphere, divided by the smallest radius.
+    The measure is the largest distance from the camera to a visible point of a sphere, or of the bounding ball of
+    another solid, divided by the smallest radius, or by half the smallest thickness.
     """
     if settings.precision == 64:
         return None
     objects, eye = scene.objects, scene.camera.position
     assert isinstance(objects, SceneObjects)
-    farthest, smallest = objects.derive("reach", eye, lambda: _reach(*objects.spheres(), eye))
+    farthest, smallest = objects.derive("reach", eye, lambda: _reach(objects, eye))
     if farthest <= _RESOLVED * smallest:
         return None
     return (
-        f"the largest distance ({farthest:.2g}) is {farthest / smallest:.2g} times the smallest radius "
-        f"({smallest:.2g}), more than the {_RESOLVED:.0f} that 32 bits resolve to 1 %: try --precision 64"
+        f"the largest distance ({farthest:.2g}) is {farthest / smallest:.2g} times the smallest radius or "
+        f"half thickness ({smallest:.2g}), more than the {_RESOLVED:.0f} that 32 bits resolve to 1 %: "
+        "try --precision 64"
     )
 
 
-def _reach(centers: Array, radii: Array, eye: Vec3) -> tuple[float, float]:
-    """Return the largest distance of a visible point of a sphere, and the smallest radius; (0, inf) without spheres.
+def _reach(objects: SceneObjects, eye: Vec3) -> tuple[float, float]:
+    """Return the largest distance of a visible point, and the smallest radius; (0, inf) without bounded solids.
 
-    From outside, the farthest visible points of a sphere are on its outline, from inside on its opposite side. float64
+    From outside, the farthest visible points of a ball are on its outline, from inside on its opposite side. float64
     is accurate enough for a warning.
     """
     import numpy as np
 
+    from raytracer.scene.sizes import find_sizes
+
+    centers, radii, halves = objects.derive("sizes", None, lambda: find_sizes(objects))
     distance = np.linalg.norm(centers - eye, axis=1)
     outside = distance > radii
     outline = np.sqrt(np.where(outside, (distance - radii) * (distance + radii), 0.0))
     far = np.where(outside, outline, distance + radii)
-    return float(far.max(initial=0.0)), float(radii.min(initial=math.inf))
+    return float(far.max(initial=0.0)), float(halves.min(initial=math.inf))

@@ -10,7 +10,7 @@
 #include "geometry/terms.glsl"
 #include "csg/walk.glsl"
 
-const int PUSH = 0, AND_LEAF = 1, OR_LEAF = 2, AND = 3, OR = 4;
+const int PUSH = 0, AND_LEAF = 1, OR_LEAF = 2, AND = 3, OR = 4, GRID = 6;
 
 real2 leafRoots(Ray ray, int index) {
     Surface s = surfaceOf(index);

@@ -117,6 +117,52 @@ def test_a_glint_has_as_much_light_as_in_the_picture(renderer: Renderer, materia
         assert (ratio > 0.7).all() and (ratio < 1.4).all(), (light, ratio)
 
 
+TURN = (1, 2, 3), 40
+EMITTING: list[rt.Solid] = [
+    rt.Box((-0.02, -0.01, -0.01), (0.02, 0.02, 0.01)),
+    rt.Cylinder((0, -0.02, 0), (0, 0.02, 0), 0.015),
+    rt.Ellipsoid(BLACK, (0.02, 0.01, 0.02)),
+    rt.Torus(BLACK, (0, 1, 0), 0.015, 0.007),
+    rt.Paraboloid((0, -0.02, 0), (0, 0.01, 0), 0.02),
+]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("solid", EMITTING, ids=lambda solid: type(solid).__name__)
+def test_a_small_emitting_body_has_as_much_light_as_in_the_picture(renderer: Renderer, solid: rt.Solid) -> None:
+    lamp = solid.paint(glow(1.0, BLACK, (5.0, 6.0, 7.0)).material).rotate(*TURN)
+    features = features_in(lamp)
+    ratio = features.areas[0] * features.radiance[0] / radiance(renderer, lamp, LIGHT, 1024).sum(axis=(0, 1))
+    assert len(features.areas) == 1 and (ratio > 0.5).all() and (ratio < 2.0).all()
+
+
+@pytest.mark.gl
+def test_a_glint_counts_on_the_face_of_a_body_and_not_beyond_its_edges(renderer: Renderer) -> None:
+    light = rt.PointLight((1.0, 1.0, 1.2))
+    polished = rt.Material("beckmann", alpha=0.003)
+    table = rt.Box((-3.0, -1.0, -1.0), (3.0, -0.2, 4.0), polished).rotate((0, 1, 0), 20)
+    [x], [y], [area], _, [color] = features_in(table, lights=(light,))
+    ratio = area * color / radiance(renderer, table, light, 1024).sum(axis=(0, 1))
+    assert (ratio > 0.8).all() and (ratio < 1.25).all()
+    column = rt.Cylinder((0.9, -1.0, 2.1), (0.9, -0.2, 2.1), 3.0, polished)
+    np.testing.assert_allclose([features_in(column, lights=(light,))[i][0] for i in (0, 1, 2)], [x, y, area])
+    for small in (table.translate((0, 0, -6)), rt.Cylinder((3, -1, 0), (3, -0.2, 0), 0.5, polished)):
+        assert not len(features_in(small, lights=(light,)).areas)
+
+
+def test_a_hot_spot_of_a_body_is_that_of_its_plane() -> None:
+    camera = rt.Camera((0.0, 5.0, 0.0), BLACK, (0.0, 0.0, 1.0), vertical_fov=40.0)
+    matt, light = rt.Material("lambert", rho=0.5), rt.PointLight((0.0, 0.01, 0.0), falloff="inverse_square")
+    floor, table = rt.Plane((0.0, 1.0, 0.0), 0.0, matt), rt.Box((-1, -1, -1), (1, 0, 1), matt)
+    for field in zip(
+        features_in(floor, lights=(light,), camera=camera),
+        features_in(table, lights=(light,), camera=camera),
+        strict=True,
+    ):
+        np.testing.assert_allclose(*field)
+    assert not len(features_in(table.translate((1.5, 0, 0)), lights=(light,), camera=camera).areas)
+
+
 MIRROR = rt.Material("mirror", f0=0.9)
 
 

@@ -39,6 +39,25 @@ def test_a_csv_file_gives_positions_and_scales(tmp_path: Path, text: str) -> Non
     assert load_csv(tmp_path, text) == rt.Instances(BALL, [[1, 2, 3], [-0.5, 0, 6]], [4, 0.25])
 
 
+QUATERNIONS = [[1, 0, 0, 0], [0.5, -0.5, 0.5, 2]]
+
+
+def test_a_csv_file_may_have_quaternions(tmp_path: Path) -> None:
+    rows = ["1,2,3", "-0.5,0,6"]
+    turns = [",".join(map(str, row)) for row in QUATERNIONS]
+    text = "\n".join(f"{place},{turn}" for place, turn in zip(["x,y,z", *rows], ["qw,qx,qy,qz", *turns], strict=True))
+    assert load_csv(tmp_path, text) == rt.Instances(BALL, [[1, 2, 3], [-0.5, 0, 6]], 1, QUATERNIONS)
+    middle = text.replace("qw", "scale,qw").replace("3,", "3,4,").replace("6,", "6,0.25,")
+    assert load_csv(tmp_path, middle) == rt.Instances(BALL, [[1, 2, 3], [-0.5, 0, 6]], [4, 0.25], QUATERNIONS)
+
+
+def test_an_npz_file_may_have_quaternions_or_matrices(tmp_path: Path) -> None:
+    places = np.zeros((2, 3))
+    for rotations in (np.array(QUATERNIONS), np.array([np.eye(3), np.diag([1, -1, -1])])):
+        np.savez(tmp_path / "a.npz", positions=places, rotations=rotations)
+        assert read_instances(BALL, tmp_path, "a.npz") == rt.Instances(BALL, places, 1, rotations)
+
+
 def test_scales_are_optional_in_both_formats(tmp_path: Path) -> None:
     assert load_csv(tmp_path, "x,y,z\n1,2,3\n") == rt.Instances(BALL, [[1, 2, 3]])
     np.savez(tmp_path / "a.npz", positions=np.array([[1, 2, 3]]))
@@ -57,7 +76,7 @@ def test_an_npz_file_gives_the_arrays_that_numpy_saved(tmp_path: Path, save) -> 
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ("", r"a.csv:1: expected the header x,y,z or x,y,z,scale, got ''"),
+        ("", r"a.csv:1: expected the header x,y,z, then scale or not, then qw,qx,qy,qz or not, got ''"),
         ("1,2,3\n", r"a.csv:1: expected the header .*, got '1,2,3'"),
         ("x;y;z\n1;2;3\n", r"a.csv:1: expected the header .*, got 'x;y;z'"),
         ("x,y,z\n", r"a.csv: positions: expected at least one point"),
@@ -69,10 +88,18 @@ def test_an_npz_file_gives_the_arrays_that_numpy_saved(tmp_path: Path, save) -> 
         ("x,y,z\n1,2,3e12\n", r"a.csv:2: x,y,z: expected 3 numbers within"),
         ("x,y,z,scale\n1,2,3,1\n1,2,3,0\n", r"a.csv:3: scale: expected a number above 0, got 0"),
         ("x,y,z,scale\n1,2,3,1\n1,2,3,1e-13\n", r"a.csv:3: scale: expected radii times scale in"),
+        ("x,y,z,qw\n1,2,3,1\n", r"a.csv:1: expected the header .*, got 'x,y,z,qw'"),
+        ("x,y,z,qw,qx,qy,qz,scale\n", r"a.csv:1: expected the header .*, got 'x,y,z,qw,qx,qy,qz,scale'"),
+        ("x,y,z,qw,qx,qy,qz\n1,2,3,1,0,0\n", r"a.csv:2: expected 7 numbers: x,y,z,qw,qx,qy,qz, got '1,2,3,1,0,0'"),
+        (
+            "x,y,z,qw,qx,qy,qz\n\n1,2,3,0,0,0,0\n",
+            r"a.csv:3: qw,qx,qy,qz: expected a quaternion w, x, y, z of any length",
+        ),
+        ("x,y,z,qw,qx,qy,qz\n1,2,3,1,0,inf,0\n", r"a.csv:2: qw,qx,qy,qz: expected finite numbers: .*, got inf"),
         ("x,y,z\n" + "1" * 200_000, r"a.csv:\d: expected CSV: field larger"),
         (b"x,y,z\n\xff\n", r"a.csv: expected UTF-8 text: invalid start byte at byte 6"),
     ],
-    ids=range(14),
+    ids=range(19),
 )
 def test_an_invalid_csv_file_is_refused_with_its_line(tmp_path: Path, data: str | bytes, message: str) -> None:
     with pytest.raises(rt.InputError, match=f"^{message}"):
@@ -152,11 +179,19 @@ BIG = bytes(100_000_000)  # deflated to 100 kB
         ({"positions.npy": header((1, 3)) + bytes(24), "more.npy": b""}, r"expected the arrays positions and"),
         (
             {"scales.npy": header((1,)) + bytes(8)},
-            r"expected the arrays positions and, optionally, scales, got 'scales'",
+            r"expected the arrays positions and, optionally, scales and rotations, got 'scales'",
+        ),
+        (
+            {"positions.npy": header((1, 3)) + bytes(24), "rotations.npy": header((1, 3, 4)) + bytes(96)},
+            r"rotations: expected an array \(N, 4\) or \(N, 3, 3\) with N at most 1048576, got \(1, 3, 4\)",
+        ),
+        (
+            {"positions.npy": header((1, 3)) + bytes(24), "rotations.npy": header((1, 4)) + bytes(32)},
+            r"rotations\[0\]: expected a quaternion w, x, y, z of any length but 0",
         ),
         ({f"{i}.npy": b"" for i in range(10_000)}, r"expected an .npz file: it has too many members"),
     ],
-    ids=range(10),
+    ids=range(12),
 )
 def test_a_hostile_npz_file_is_refused_at_once(tmp_path: Path, members: dict[str, bytes], message: str) -> None:
     archive(tmp_path / "a.npz", members)
@@ -192,7 +227,7 @@ def test_a_compression_that_may_take_any_memory_is_refused(tmp_path: Path) -> No
 
 def test_a_thousand_damaged_npz_files_load_or_are_refused(tmp_path: Path) -> None:
     rng = random.Random(4)
-    np.savez_compressed(tmp_path / "a.npz", positions=np.zeros((5, 3)), scales=np.ones(5))
+    np.savez_compressed(tmp_path / "a.npz", positions=np.zeros((5, 3)), scales=np.ones(5), rotations=np.ones((5, 4)))
     good = (tmp_path / "a.npz").read_bytes()
     refused = 0
     for _ in range(1000):

@@ -97,7 +97,7 @@ BAD = [
     (
         "[shapes.a]",
         "[shapes.a]\nplane = { normal = [0, 1, 0], offset = 0 }",
-        f"shapes.a: expected one of {', '.join(KINDS)}, got sphere and plane",
+        f"shapes.a: expected one of {', '.join(KINDS)}, got plane and sphere",
     ),
     (
         "sphere = { center = [-1.0, 2.0, 0.0], radius = 1.5 }",
@@ -148,6 +148,21 @@ BAD = [
         END,
         f'{END}\n[instances.one]\npositions = [[0, 0, 0]]\nscales = "2"',
         "instances.one.scales: expected numbers, got '2'",
+    ),
+    (
+        END,
+        f"{END}\n[instances.one]\npositions = [[0, 0, 0]]\nrotations = [[1, 0, 0, 0], [1, 0, 0, 0]]",
+        "instances.one.rotations: expected 1 quaternions, an array (1, 4), or as many matrices, (1, 3, 3)",
+    ),
+    (
+        END,
+        f"{END}\n[instances.one]\npositions = [[0, 0, 0]]\nrotations = [[1, 0, 0, '0']]",
+        "instances.one.rotations[0]: expected finite numbers: a quaternion w, x, y, z, or a matrix, 3 rows of 3,",
+    ),
+    (
+        END,
+        f"{END}\n[instances.one]\nfile = 'a.csv'\nrotations = [[1, 0, 0, 0]]",
+        "instances.one.rotations: expected rotations in 'a.csv' only",
     ),
     (END, f"{END}\n[instances.one]\nfile = 1", "instances.one.file: expected a string, got 1"),
     (
@@ -364,6 +379,11 @@ def test_instances_of_a_file_equal_instances_of_python_and_stay_when_lights_move
     assert loads(edit_positions(text, turned)) == turned != scene
     one_scale = loads(text.replace("[1, 0.5]", "2"))
     assert one_scale.objects == (rt.Instances(solid, [[1, 2, 3], [0, 0, 0]], 2),)
+    quaternions = [[1, 0, 0, 0], [0.5, -0.5, 0.5, 2]]
+    matrices = [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[1, 0, 0], [0, -1, 0], [0, 0, -1]]]
+    for rotations in (quaternions, matrices):
+        rotated = loads(f"{text}rotations = {rotations}\n")
+        assert rotated.objects == (rt.Instances(solid, [[1, 2, 3], [0, 0, 0]], [1, 0.5], rotations),)
 
     in_file = GOOD + '[instances.one]\nfile = "places.csv"\n'
     (tmp_path / "places.csv").write_text("x,y,z,scale\n1,2,3,1\n0,0,0,0.5\n")

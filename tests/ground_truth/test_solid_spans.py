@@ -18,64 +18,23 @@ from raytracer.scene.solids.box import Box
 from raytracer.scene.solids.cone import Cone
 from raytracer.scene.solids.cylinder import Cylinder
 from raytracer.scene.solids.ellipsoid import Ellipsoid
-from raytracer.scene.solids.polyhedron import Polyhedron
 from raytracer.scene.solids.solid import Solid
 from raytracer.scene.solids.sphere import Sphere
 from raytracer.scene.solids.torus import Torus
 from tests import scenes
+from tests.solids import EXAMPLES, inside
 
 Array = NDArray[np.float64]
 
 RED = scenes.COLORS[0]
 SOLIDS: dict[str, Solid] = {
-    "box": Box((-1, -0.5, -0.3), (0.5, 0.6, 0.9), RED),
-    "cylinder": Cylinder((-0.4, -0.7, 0.1), (0.3, 0.9, -0.2), 0.6, RED),
-    "cone": Cone((0.1, -0.8, 0.2), (-0.3, 0.9, 0.1), 0.9, 0, RED),
+    **{name: shape.paint(RED) for name, shape in EXAMPLES.items() if name != "sphere"},
+    "moved cone": Cone((0.1, -0.8, 0.2), (-0.3, 0.9, 0.1), 0.9, 0, RED),
     "frustum": Cone((0.1, -0.8, 0.2), (-0.3, 0.9, 0.1), 0.4, 0.8, RED),
     "equal cone": Cone((0.1, -0.8, 0.2), (-0.3, 0.9, 0.1), 0.5, 0.5, RED),
-    "ellipsoid": Ellipsoid((0.2, 0.1, -0.3), (0.4, 1, 0.7), RED),
-    "torus": Torus((0.1, -0.2, 0.3), (1, 2, 3), 0.8, 0.3, RED),
     "thin torus": Torus((0.1, -0.2, 0.3), (0, 1, 0), 1, 0.01, RED),
     "fat torus": Torus((0.1, -0.2, 0.3), (-1, 2, 0.5), 0.6, 0.59, RED),
-    "polyhedron": Polyhedron(((0, 0, 1), (1, 0, -0.5), (-0.7, 0.8, -0.5), (-0.6, -0.9, -0.4), (0.3, 0.6, 0.5)), RED),
 }
-
-
-def inside(shape: Any, x: Array) -> Array:
-    """Return a function of points in the solid's own space that is negative inside and positive outside [N]."""
-    match shape:
-        case Box():
-            return np.max((np.subtract(shape.min, x), x - shape.max), axis=0).max(axis=-1)
-        case Cylinder() | Cone():
-            base, axis = np.array(shape.base), np.subtract(shape.top, shape.base)
-            height = np.linalg.norm(axis)
-            z = (x - base) @ axis / height
-            distance = np.linalg.norm(np.cross(x - base, axis / height), axis=-1)
-            ends = (shape.radius,) * 2 if isinstance(shape, Cylinder) else (shape.base_radius, shape.top_radius)
-            radius = ends[0] + (ends[1] - ends[0]) * z / height
-            return np.max((distance - radius, -z, z - height), axis=0)
-        case Ellipsoid():
-            return np.linalg.norm((x - shape.center) / shape.radii, axis=-1) - 1.0
-        case Sphere():
-            return np.linalg.norm(x - shape.center, axis=-1) - shape.radius
-        case Torus():
-            axis = np.array(shape.axis) / np.linalg.norm(shape.axis)
-            z = (x - shape.center) @ axis
-            rho = np.linalg.norm(np.cross(x - shape.center, axis), axis=-1)
-            return np.hypot(rho - shape.major_radius, z) - shape.minor_radius
-        case _:  # a polyhedron: outside some plane of three of its points that has all of them on one side
-            points = np.array(shape.points)
-            worst = np.full(x.shape[:-1], -np.inf)
-            for i in range(len(points)):
-                for j in range(i):
-                    for k in range(j):
-                        n = np.cross(points[i] - points[k], points[j] - points[k])
-                        n /= np.linalg.norm(n)
-                        sides = (points - points[k]) @ n
-                        for sign in (1.0, -1.0):
-                            if (sign * sides < 1e-12).all():
-                                worst = np.maximum(worst, sign * (x - points[k]) @ n)
-            return worst
 
 
 def random_matrix(rng: np.random.Generator, condition: float) -> Array:

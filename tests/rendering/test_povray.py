@@ -44,6 +44,18 @@ def test_chains_of_one_operator_become_one_list() -> None:
     assert " inverse }" in export_text(a & ~(b | c))
 
 
+def test_a_body_is_its_shape_under_the_mirrored_matrix_and_a_torus_is_one_solid() -> None:
+    box = rt.Box((0, 1, 2), (3, 4, 5), RED)
+    assert "\nbox { <0, 1, -5>, <3, 4, -2> texture { T0 } }\n" in export_text(box)
+    moved = export_text(box.transform([(1, 2, 3, 4), (0, 1, 5, 6), (0, 0, 1, 7)]))
+    assert "matrix <1, 0, -0, 2, 1, -0, -3, -5, 1, 4, 6, -7> }\n" in moved
+    ring = rt.Torus((0, 0, 0), (0, 1, 0), 2, 0.5, RED)
+    assert "torus { 2, 0.5" in export_text(ring) and export_text(ring).count("union") == 0
+    assert export_text(ring | box).count("union {") == 1 and export_text(ring | box).count("torus {") == 1
+    with pytest.raises(povray.UnavailableError, match="Paraboloid"):
+        export_text(rt.Paraboloid((0, 0, 0), (0, 1, 0), 1))
+
+
 def test_features_that_povray_lacks_are_refused() -> None:
     ball = rt.Sphere((0, 0, 0), 1)
     for settings in (rt.Settings(shading="blinn"), rt.Settings(shadows="diluted")):
@@ -61,4 +73,23 @@ def test_povray_renders_the_same_picture_of_the_assignment(renderer: Renderer) -
     theirs, seconds = povray.run(povray.source(scenes.assignment(), SIZE, settings), SIZE, 1)
     ours = renderer.render(scenes.assignment(), SIZE, settings).srgb8().astype(int)
     assert seconds > 0
+    assert np.mean(np.abs(ours - theirs).max(axis=2) > TOLERANCE) <= SAME_RAYS
+
+
+@pytest.mark.gl
+@pytest.mark.skipif(not shutil.which("povray"), reason="povray is not installed (Debian package povray)")
+def test_povray_renders_the_same_picture_of_bodies_under_a_shear(renderer: Renderer) -> None:
+    corners = (0, 0, 0), (1, 0.1, 0), (0.2, 1, 0.1), (0.1, 0.3, 1)
+    kinds = [
+        rt.Box((0, 0, 0), (0.8, 0.9, 1)) - rt.Cylinder((0.4, 0.5, -1), (0.4, 0.4, 2), 0.3, RED),
+        rt.Cone((0, 0, 0), (0.1, 1, 0), 0.5, 0.2, RED),
+        rt.Ellipsoid((0.4, 0.4, 0), (0.5, 0.4, 0.3)),
+        rt.Torus((0.4, 0.4, 0), (1, 2, 2), 0.4, 0.15, RED),
+        rt.Polyhedron(corners),
+    ]
+    shear = [(1, 0.3, 0, -2.4), (0, 1, 0.2, -0.4), (0.1, 0, 1, 0)]
+    scene = scenes.lit_scene(*(kind.transform(shear).translate((i, 0, 0)) for i, kind in enumerate(kinds)))
+    theirs, _ = povray.run(povray.source(scene, SIZE, rt.Settings()), SIZE, 1)
+    ours = renderer.render(scene, SIZE, rt.Settings()).srgb8().astype(int)
+    assert np.count_nonzero(ours != ours[0, 0]) > 3000
     assert np.mean(np.abs(ours - theirs).max(axis=2) > TOLERANCE) <= SAME_RAYS

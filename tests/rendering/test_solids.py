@@ -10,6 +10,7 @@ import pytest
 import raytracer as rt
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
+from tests.solids import EXAMPLES
 
 pytestmark = pytest.mark.gl
 
@@ -19,7 +20,7 @@ MATERIALS = [rt.Material(kd=kd) for kd in ((0.8, 0.2, 0.2), (0.2, 0.7, 0.3), (0.
 # The largest share of wrong pixels: a 32-bit ray may be on the other side of an outline or of a shadow's
 # edge. Edges take a tenth of these small pictures, and float32 moves them by 1e-4 of a pixel.
 MOST_WRONG = 1e-3
-KINDS = "box", "cylinder", "cone", "ellipsoid", "torus", "polyhedron", "sphere"
+KINDS = [*EXAMPLES]
 
 
 def random_map(rng: np.random.Generator) -> np.ndarray:
@@ -32,21 +33,7 @@ def random_map(rng: np.random.Generator) -> np.ndarray:
 
 def primitive(kind: str, material: rt.Material) -> rt.Solid:
     """Return a primitive of about the size 1 around the origin."""
-    match kind:
-        case "box":
-            return rt.Box((-0.7, -0.5, -0.6), (0.7, 0.5, 0.6), material)
-        case "cylinder":
-            return rt.Cylinder((0, -0.8, 0.1), (0.2, 0.8, 0), 0.6, material)
-        case "cone":
-            return rt.Cone((0, -0.8, 0), (0.1, 0.8, 0), 0.8, 0.1, material)
-        case "ellipsoid":
-            return rt.Ellipsoid((0, 0, 0), (1, 0.6, 0.8), material)
-        case "torus":
-            return rt.Torus((0, 0, 0), (0, 1, 0.2), 0.7, 0.3, material)
-        case "polyhedron":
-            return rt.Polyhedron(((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), material)
-        case _:
-            return rt.Sphere((0, 0, 0), 0.8, material)
+    return EXAMPLES[kind].with_material(material)
 
 
 def random_scene(seed: int, most: int) -> rt.Scene:

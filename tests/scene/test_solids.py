@@ -16,6 +16,7 @@ from raytracer.scene.solids.body import Body, Placed
 from raytracer.scene.solids.flattening import leaves
 from raytracer.scene.solids.kinds import KINDS
 from raytracer.scene.solids.solid import Primitive, postfix
+from tests.solids import EXAMPLES, inside
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Vec3 = tuple[float, float, float]
@@ -46,33 +47,8 @@ TIP = rt.Cone((0, 0, 0), (0, 3, 0), 0, 1.5)
 ELLIPSOID = rt.Ellipsoid((1, 2, 3), (0.5, 2, 0.1))
 TORUS = rt.Torus((1, -2, 0.5), (1, 2, -1), 2, 0.5)
 POLYHEDRON = polyhedron(ICOSAHEDRON)
-SOLIDS = [SPHERE, BOX, CYLINDER, CONE, TIP, ELLIPSOID, TORUS, POLYHEDRON]
+SOLIDS = [*EXAMPLES.values(), TIP, TORUS]
 by_kind = pytest.mark.parametrize("solid", SOLIDS, ids=lambda solid: type(solid).__name__)
-
-
-def excess(solid: rt.Solid, x: Array) -> Array:
-    """Return a number for each point [N, 3] by the definition of the solid: negative inside, positive outside."""
-    match solid:
-        case rt.Sphere():
-            return np.linalg.norm(x - solid.center, axis=1) - solid.radius
-        case rt.Box():
-            return np.maximum(np.array(solid.min) - x, x - solid.max).max(axis=1)
-        case rt.Cylinder() | rt.Cone():
-            ends = np.array(solid.base), np.array(solid.top)
-            radii = (solid.radius,) * 2 if isinstance(solid, rt.Cylinder) else (solid.base_radius, solid.top_radius)
-            along = (x - ends[0]) @ (ends[1] - ends[0]) / np.sum((ends[1] - ends[0]) ** 2)
-            aside = np.linalg.norm(x - ends[0] - along[:, None] * (ends[1] - ends[0]), axis=1)
-            return np.max([-along, along - 1, aside - (radii[0] + along * (radii[1] - radii[0]))], axis=0)
-        case rt.Ellipsoid():
-            return np.linalg.norm((x - solid.center) / solid.radii, axis=1) - 1
-        case rt.Torus():
-            axis = np.array(solid.axis) / np.linalg.norm(solid.axis)
-            along = (x - solid.center) @ axis
-            aside = np.linalg.norm(x - solid.center - along[:, None] * axis, axis=1)
-            return np.hypot(aside - solid.major_radius, along) - solid.minor_radius
-        case _:
-            # A regular icosahedron of edge 2: its faces are sqrt(3) (3 + sqrt(5)) / 6 from the centre (Euclid).
-            return (x @ (DODECAHEDRON[:, ::-1] / math.sqrt(3)).T).max(axis=1) - math.sqrt(3) * (3 + math.sqrt(5)) / 6
 
 
 def points_around(solid: rt.Solid, count: int = 100_000) -> Array:
@@ -98,7 +74,8 @@ def names() -> dict[str, Any]:
 
 def test_each_kind_is_public_and_registered_by_its_name() -> None:
     assert {name: kind.__name__.lower() for name, kind in KINDS.items()} == {name: name for name in KINDS}
-    assert {kind.__name__ for kind in KINDS.values()} <= set(rt.__all__) and len(KINDS) == 8
+    assert {kind.__name__ for kind in KINDS.values()} <= set(rt.__all__)
+    assert {*EXAMPLES, "plane"} == {*KINDS}
 
 
 @by_kind
@@ -111,8 +88,7 @@ def test_slabs_and_wall_hold_the_points_of_the_definition(solid: Body) -> None:
         l0, l1, l2, l3 = (x @ w[:3] + w[3] for w in wall.forms)
         tube = (np.hypot(l1, l2) - 1) ** 2 + l3**2 <= l0**2
         is_inside &= tube if wall.kind == "torus" else (np.sqrt(l1**2 + l2**2 + l3**2) <= l0)
-        assert (wall.kind == "cone") == isinstance(solid, rt.Cone)
-    exact = excess(solid, x)
+    exact = inside(solid, x)
     assert 0.02 < np.mean(is_inside) < 0.98
     assert np.array_equal(is_inside[abs(exact) > 1e-12], (exact < 0)[abs(exact) > 1e-12])
 
@@ -122,10 +98,10 @@ def test_slabs_and_wall_hold_the_points_of_the_definition(solid: Body) -> None:
 def test_bounds_and_corners_hold_all_points_under_a_map_and_the_bounds_are_tight(solid: Body, seed: int) -> None:
     matrix = random_map(seed)
     x = points_around(solid)
-    inside = moved(matrix, x[excess(solid, x) < 0])
+    held = moved(matrix, x[inside(solid, x) < 0])
     copy = solid.transform(matrix)
     low, high = copy.bounds()
-    assert (low <= inside).all() and (inside <= high).all()
+    assert (low <= held).all() and (held <= high).all()
     # The definition has a point next to each side of the box. The closed forms below are exact.
     for i, sign in itertools.product(range(3), (-1, 1)):
         direction = sign * matrix[i, :3]
@@ -133,7 +109,7 @@ def test_bounds_and_corners_hold_all_points_under_a_map_and_the_bounds_are_tight
         assert side == pytest.approx(solid.support(vec3(direction)), abs=1e-12)
         assert side == pytest.approx(farthest(solid, direction), abs=1e-3 * (high[i] - low[i]))
     for normal, below, above in polyhedron(moved(matrix, np.array(solid.corners()))).slabs():
-        heights = inside @ normal
+        heights = held @ normal
         assert below - 1e-12 <= heights.min() and heights.max() <= above + 1e-12
 
 
@@ -141,12 +117,12 @@ def farthest(solid: Primitive, direction: Array) -> float:
     """Return the largest dot(direction, x) of points x of a solid, from the definition alone: a random search."""
     rng = np.random.default_rng(2)
     x = points_around(solid)
-    x = x[excess(solid, x) <= 0]
+    x = x[inside(solid, x) <= 0]
     best = x[np.argmax(x @ direction)]
     step = float(np.max(np.ptp(x, axis=0))) / 4
     for _ in range(400):
         trial = best + step * rng.normal(size=(500, 3))
-        trial = trial[(excess(solid, trial) <= 0) & (trial @ direction > best @ direction)]
+        trial = trial[(inside(solid, trial) <= 0) & (trial @ direction > best @ direction)]
         step, best = (step, trial[np.argmax(trial @ direction)]) if len(trial) else (step * 0.8, best)
     return float(best @ direction)
 
@@ -160,6 +136,9 @@ SUPPORTS: list[tuple[Primitive, Vec3, float]] = [
     (rt.Ellipsoid((1, 0, 0), (3, 4, 1)), (1, 1, 0), 1 + 5),
     (rt.Torus((1, 0, 0), (0, 0, -7), 3, 1), (3, 4, 12), 3 + 15 + 13),
     (polyhedron(CUBE), (1, 2, 3), 1 + 4 + 3),
+    (rt.Paraboloid((0, 0, 0), (0, 4, 0), 2), (3, 0, 4), 10),
+    (rt.Paraboloid((0, 0, 0), (0, 4, 0), 2), (3, 4, 4), 4 * 4 + 25 / 16),  # where the slope is 5 / 4
+    (rt.Paraboloid((0, 0, 0), (0, 4, 0), 2), (0, -1, 0), 0),
 ]
 
 
@@ -172,18 +151,18 @@ def test_the_support_is_the_closed_form(solid: Primitive, direction: Vec3, expec
 def test_points_of_the_surface_touch_it_and_others_do_not(solid: Primitive) -> None:
     # Points of the surface: bisection between a point inside and points outside, in float64.
     x = points_around(solid, 1000)
-    e = excess(solid, x)
-    outside, inside = x[e > 1e-3], np.repeat(x[[np.argmin(e)]], np.count_nonzero(e > 1e-3), axis=0)
+    e = inside(solid, x)
+    out, within = x[e > 1e-3], np.repeat(x[[np.argmin(e)]], np.count_nonzero(e > 1e-3), axis=0)
     for _ in range(60):
-        middle = (outside + inside) / 2
-        is_out = (excess(solid, middle) > 0)[:, None]
-        outside, inside = np.where(is_out, middle, outside), np.where(is_out, inside, middle)
-    assert all(solid.touches(vec3(p)) for p in outside.tolist())
+        middle = (out + within) / 2
+        is_out = (inside(solid, middle) > 0)[:, None]
+        out, within = np.where(is_out, middle, out), np.where(is_out, within, middle)
+    assert all(solid.touches(vec3(p)) for p in out.tolist())
     assert not any(solid.touches(vec3(p)) for p in x[abs(e) > 1e-3].tolist())
     matrix = random_map(4)
     copy = postfix(solid.transform(matrix))[0]
     assert isinstance(copy, Placed)
-    assert all(copy.touches(vec3(p)) for p in moved(matrix, outside).tolist())
+    assert all(copy.touches(vec3(p)) for p in moved(matrix, out).tolist())
     assert not any(copy.touches(vec3(p)) for p in moved(matrix, x[abs(e) > 1e-3]).tolist())
 
 
@@ -203,6 +182,9 @@ def test_equal_surfaces_have_equal_numbers_whatever_they_are_made_from() -> None
     long, short = rt.Cylinder((1, 0.1, 3), (1, 7, 3), 0.3), rt.Cylinder((1, 0.3, 3), (1, -0.7, 3), 0.3)
     assert long.wall() == short.wall() == rt.Cone((1, 2, 3), (1, 3, 3), 0.3, 0.3).wall()
     assert polyhedron(CUBE).slabs() == rt.Box((0, 0, -1), (1, 2, 1)).slabs()
+    dishes = [rt.Paraboloid(vec3(top + k * k * (base - top)), vec3(top), 0.8 * k) for k in (0.3, 1.0, 1.7)]
+    for dish in dishes:
+        assert np.allclose(np.array(dish.wall().forms), np.array(dishes[0].wall().forms), rtol=0, atol=1e-14)
     # Rounding next to an axis changes neither the frame nor the sign.
     tilted = rt.Cylinder((1, 0, 3), (1 - 1e-16, 1, 3 + 4e-16), 0.3)
     assert np.allclose(np.array(tilted.wall().forms), np.array(long.wall().forms), rtol=0, atol=1e-14)
@@ -353,6 +335,7 @@ WRONG: dict[str, Callable[[], Any]] = {
     "base_radius: expected 0, or a number": lambda: rt.Cone(ORIGIN, (0, 0, 1), 1e-13, 1),
     "top_radius: expected 0, or a number": lambda: rt.Cone(ORIGIN, (0, 0, 1), 1, -1),
     "radii: expected 3 numbers above 0": lambda: rt.Ellipsoid(ORIGIN, (1, 2, 0)),
+    "radius: expected a radius with radius^2 / height": lambda: rt.Paraboloid(ORIGIN, (0, 0, 1), 1e7),
     "axis: expected a vector that is not 0": lambda: rt.Torus(ORIGIN, ORIGIN, 2, 1),
     "minor_radius: expected a number below major_radius, 2": lambda: rt.Torus(ORIGIN, (0, 0, 1), 2, 2),
     "points: expected 4 to 4096 points, got 3": lambda: polyhedron(CUBE[:3]),

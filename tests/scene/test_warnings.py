@@ -150,3 +150,21 @@ def test_the_precision_warning_measures_distances_to_outlines_or_from_inside_to_
         texts = scene_warnings(scenes.lit_scene(*balls, eye=eye), rt.Settings())
         assert len(texts) == (farthest > 0.01 * 2.0**22 * smallest)
         assert all(f"({farthest:.2g})" in text and f"({smallest:.2g})" in text for text in texts)
+
+
+def test_the_precision_warning_knows_half_the_thickness_of_all_solids_moved_or_in_instances() -> None:
+    eye = (0.0, 0.0, 100.0)
+    plate = rt.Box((-1, -1, 0), (1, 1, 4e-3))
+    thin: list[rt.Solid | rt.Instances] = [
+        plate.rotate((1, 2, 3), 40),
+        rt.Ellipsoid((0, 0, 0), (1, 1, 2e-3)),
+        rt.Cylinder((0, 0, 0), (1, 2, 0), 2e-3),
+        rt.Torus((0, 0, 0), (1, 2, 3), 1, 2e-3),
+        rt.Box((0, 0, 0), (2, 2, 2)).scale((1, 1, 2e-3)),
+        rt.Instances(plate.scale(0.1), [[0, 0, 0], [0, 0.5, 0]], [10, 10]),
+    ]
+    for solid in thin:
+        (text,) = scene_warnings(scenes.lit_scene(solid, eye=eye), rt.Settings())
+        assert "(1e+02) is 5e+04 times" in text and "half thickness (0.002)" in text
+    for solid in (plate.scale(2), rt.Cone((0, 0, 0), (0, 1, 0), 1, 0), rt.Paraboloid((0, 0, 0), (0, 1, 0), 1)):
+        assert scene_warnings(scenes.lit_scene(solid, eye=eye), rt.Settings()) == []

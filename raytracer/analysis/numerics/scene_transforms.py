@@ -30,7 +30,7 @@ def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, move: 
         for light in scene.lights
     ]
     objects = [
-        Instances(o.solid, [point(p) for p in o.positions.tolist()], o.scales * scale)
+        o.replace(positions=[point(p) for p in o.positions.tolist()], scales=o.scales * scale)
         if isinstance(o, Instances)
         else move(o)
         for o in scene.objects

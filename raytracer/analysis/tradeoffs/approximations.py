@@ -60,10 +60,7 @@ def replace_materials(scene: Scene, change: Change) -> Scene:
     def changed(solid: Solid) -> Solid:
         return with_leaves(solid, lambda leaf: leaf.with_material(new[leaf.material]))
 
-    objects = [
-        Instances(changed(o.solid), o.positions, o.scales) if isinstance(o, Instances) else changed(o)
-        for o in scene.objects
-    ]
+    objects = [o.replace(solid=changed(o.solid)) if isinstance(o, Instances) else changed(o) for o in scene.objects]
     return msgspec.structs.replace(scene, objects=objects, materials=tuple(dict.fromkeys(new.values())))
 
 

@@ -5,19 +5,20 @@ from __future__ import annotations
 from raytracer.compiler.glsl.csg import BLOCKED_AT, POINT_AT, RAY_CSG, NamedPlane, Tree, hold_expression, owner_text
 
 
-def camera_query_text(depth: int, planes: list[NamedPlane]) -> list[str]:
+def camera_query_text(depth: int, grids: bool, planes: list[NamedPlane]) -> list[str]:
     """Generate rayCSG() for camera rays against programs and single half-spaces, with the lists of lists.glsl.
 
-    `depth` is the largest stack depth of a program that is no chain; 0 if all are chains. `planes` are the single
-    half-spaces.
+    `depth` is the largest stack depth of a program that is no chain; 0 if all are chains. `grids`: whether there are
+    long chains. `planes` are the single half-spaces.
     """
     return [
         '#include "csg/walk.glsl"',
         '#include "csg/lists.glsl"',
         "#define OWNERS",
         '#include "csg/chain.glsl"',
+        *(['#include "csg/grid.glsl"'] if grids else []),
         *(_programs(depth, with_owner=True) if depth else []),
-        *_meet_list_function(shapes=False, programs=True, trees=bool(depth), any_hit=False),
+        *_meet_list_function(shapes=False, programs=True, trees=bool(depth), grids=grids, any_hit=False),
         "flat in ivec2 cellList;  // where the candidate list of this pixel's cell begins and ends",
         *RAY_CSG,
         *_nearest_plane(planes),
@@ -73,6 +74,7 @@ def shadow_query_text(
     shapes: list[Tree],
     programs: bool,
     depth: int,
+    grids: bool,
     planes: list[NamedPlane],
     *,
     any_hit: bool,
@@ -88,6 +90,7 @@ def shadow_query_text(
         shapes: The trees of the common shapes.
         programs: Whether there are programs.
         depth: The largest stack depth of a program that is no chain; 0 if all are chains.
+        grids: Whether there are long chains.
         planes: The single half-spaces.
         any_hit: Whether any blocking surface serves, not only the nearest one.
         with_owner: Whether meetList() also finds the surface's owner, for mirror_query_text().
@@ -103,9 +106,10 @@ def shadow_query_text(
         *(_meet_shape(shapes, with_owner) if shapes else []),
         *(["#define OWNERS"] if with_owner else []),
         *(['#include "csg/chain.glsl"'] if programs else []),
+        *(['#include "csg/grid.glsl"'] if grids else []),
         *(_programs(depth, with_owner=with_owner) if depth else []),
         *(
-            _meet_list_function(bool(shapes), programs, bool(depth), any_hit)
+            _meet_list_function(bool(shapes), programs, bool(depth), grids, any_hit)
             if shapes or programs
             else ["#define meetList(a, b, c, d)"]
         ),
@@ -262,7 +266,7 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
     ]
 
 
-def _meet_list_function(shapes: bool, programs: bool, trees: bool, any_hit: bool) -> list[str]:
+def _meet_list_function(shapes: bool, programs: bool, trees: bool, grids: bool, any_hit: bool) -> list[str]:
     """Generate meetList(): the walk through a candidate list.
 
     An inner loop searches for the next ball that the ray meets. So pixels that are drawn together search together, and
@@ -286,8 +290,10 @@ def _meet_list_function(shapes: bool, programs: bool, trees: bool, any_hit: bool
     if not shapes:
         search = ["        if (k >= end) break;", "        int candidate = listAt(k);", "        k++;"]
     call = "meet{}(ray, k + 1, k - candidate, listAt(k), nearest);"
+    grid = "meetGrid(ray, listAt(k + 1) >> 5, listAt(k), nearest);"
     program = [
         *([f"if ((listAt(k + 1) & 7) == PUSH) {call.format('Program')}", "else"] if trees else []),
+        *([f"if ((listAt(k + 1) & 7) == GRID) {grid}", "else"] if grids else []),
         call.format("Chain"),
         "k -= candidate;",
     ]

@@ -25,7 +25,7 @@ def camera_query(compiled: CompiledScene, handed: Handed) -> list[str]:
         planes = named_planes(compiled, handed)
         if not compiled.batches.programs:
             return csg.nearest_plane_text(planes, with_owner=True)
-        return csg_lists.camera_query_text(compiled.batches.program_depth, planes)
+        return csg_lists.camera_query_text(compiled.batches.program_depth, compiled.batches.has_grids, planes)
     return _walk(compiled, handed, with_owner=True)
 
 
@@ -45,6 +45,7 @@ def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
             shape_trees(compiled),
             bool(compiled.batches.programs),
             compiled.batches.program_depth,
+            compiled.batches.has_grids,
             named_planes(compiled, handed),
             any_hit=compiled.options.shadows != "diluted" and not compiled.has_mirrors,
             with_owner=compiled.has_mirrors,

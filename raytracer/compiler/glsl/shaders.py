@@ -212,8 +212,8 @@ def _defines(compiled: CompiledScene) -> dict[str, int | str]:
     """Return the defines for the scene's surfaces."""
     surfaces = compiled.surfaces
     defines: dict[str, int | str] = {"HAS_SPHERES": 1} if surfaces.spheres else {}
-    defines |= {"HAS_PLANES": 1} if surfaces.planes else {}
-    if len(surfaces.bodies.leaves):
+    defines |= {"HAS_PLANES": 1} if len(surfaces.offsets) else {}
+    if len(surfaces.bodies.parts):
         defines["HAS_BODIES"] = 1
         defines |= {_WALLS[kind]: 1 for kind in _wall_kinds(compiled)}
     defines |= {"MANY_ROUNDS": 1} if may_take_many_rounds(compiled) else {}
@@ -251,8 +251,8 @@ def _handed_defines(compiled: CompiledScene, handed: Handed) -> dict[str, int]:
 def _includes(compiled: CompiledScene, handed: Handed) -> list[str]:
     """Return the includes for the intersection of rays with the scene's surfaces."""
     lines = ['#include "geometry/sphere.glsl"'] if compiled.surfaces.spheres else []
-    lines += ['#include "geometry/plane.glsl"'] if compiled.surfaces.planes else []
-    if len(compiled.surfaces.bodies.leaves):
+    lines += ['#include "geometry/plane.glsl"'] if len(compiled.surfaces.offsets) else []
+    if len(compiled.surfaces.bodies.parts):
         lines += [f'#include "geometry/{WALLS[kind]}_wall.glsl"' for kind in _wall_kinds(compiled)]
         lines += ['#include "geometry/body.glsl"']
     return [*lines, *_declare_surfaces(compiled, handed), '#include "geometry/hit.glsl"']

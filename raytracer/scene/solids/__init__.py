@@ -5,11 +5,12 @@ Other packages may use:
     solid: Solid, Primitive; Union, Intersection, Difference, Complement, Transform; postfix
     flattening: leaves, simplify, with_leaves
     body: Body, Placed, Slab, Wall
-    kinds: KINDS, the registry of the primitives
-    sphere: Sphere; plane: Plane; box: Box; cylinder: Cylinder; cone: Cone; ellipsoid: Ellipsoid; torus: Torus;
-        polyhedron: Polyhedron, MAX_POINTS
+    primitives: the registry of the primitives, each of which its module provides
+    kinds: KINDS, the primitives by their keys in scene files
+    polyhedron: MAX_POINTS
     tree: list_distinct
     affine: Map
+    affine_arrays: compose, apply, cofactors, determinants, map_slabs, map_planes, unit_slabs
     bounds: Bounds
     limits: MAX_LEAVES, MAX_NODES, MAX_SURFACES, ROUNDING
 """

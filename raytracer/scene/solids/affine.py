@@ -93,14 +93,16 @@ def unit_plane(normal: Vec3, offset: float) -> tuple[Vec3, float]:
     """Return the unit normal and its offset. Coincident planes have bit-identical or exactly negated results."""
     scale = max(normal, key=abs)
     x, y, z, offset = (c / scale for c in (*normal, offset))
-    length = math.copysign(math.hypot(x, y, z), scale)
+    # hypot() would round better, but NumPy has no equal: affine_arrays.py must give the same bits.
+    length = math.copysign(math.sqrt(x * x + y * y + z * z), scale)
     return (x / length, y / length, z / length), offset / length
 
 
 def similarity(matrix: Map) -> float | None:
     """Return the factor by which a map scales all lengths, up to rounding; None if the factors differ."""
     columns = [tuple(row[j] for row in matrix) for j in range(3)]
-    squares = [sum(x * x for x in column) for column in columns]
+    # Not sum(), which rounds differently from one version of Python to another.
+    squares = [x * x + y * y + z * z for x, y, z in columns]
     largest = max(squares)
     products = (sum(x * y for x, y in zip(columns[i], columns[j], strict=True)) for i, j in ((0, 1), (1, 2), (2, 0)))
     if largest - min(squares) > _SIMILAR * largest or any(abs(p) > _SIMILAR * largest for p in products):
