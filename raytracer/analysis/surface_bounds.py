@@ -33,7 +33,7 @@ from raytracer.analysis.rounding_bounds import (
 )
 from raytracer.analysis.torus_bounds import torus_ends, torus_point_errors
 from raytracer.analysis.wall_bounds import Ends, Forms, FormsAlong, choose, forms_along, round_ends, round_point_errors
-from raytracer.compiler.bodies import WALLS, make_bodies
+from raytracer.compiler.bodies import WALLS, PlacedShapes, make_bodies
 from raytracer.ground_truth.intersection import Tracer
 from raytracer.ground_truth.microfacets import dot
 from raytracer.ground_truth.scene_surfaces import Ball, HalfSpace
@@ -73,7 +73,11 @@ class SurfaceBounds:
         self._spheres: dict[int, Sphere] = {}
         self._walls: dict[int, _Wall] = {}
         numbers = np.cumsum([isinstance(leaf, Placed) for leaf in tracer.leaves]) - 1
-        bodies = make_bodies([leaf for leaf in tracer.leaves if isinstance(leaf, Placed)])
+        placed = [leaf for leaf in tracer.leaves if isinstance(leaf, Placed)]
+        maps = np.array([leaf.matrix for leaf in placed]).reshape(-1, 3, 4)
+        parts = np.array([leaf.part for leaf in placed], np.int64)
+        shapes = [leaf.shape for leaf in placed]
+        bodies = make_bodies(PlacedShapes(shapes, np.arange(len(placed)), maps, parts))
         for k, surface, part in tracer.faces:
             if part not in self._parts[surface]:
                 self._parts[surface].append(part)

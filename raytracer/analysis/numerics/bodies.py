@@ -1,4 +1,4 @@
-"""Rows of the ledger on boxes, cylinders, cones, ellipsoids, tori and polyhedra: random trees, extremes, self-shadow."""
+"""Rows of the ledger on solids of all kinds but spheres and half-spaces: random trees, extremes, self-shadow."""
 
 from __future__ import annotations
 
@@ -33,6 +33,7 @@ from raytracer.scene.settings import Settings
 from raytracer.scene.solids.box import Box
 from raytracer.scene.solids.cone import Cone
 from raytracer.scene.solids.cylinder import Cylinder
+from raytracer.scene.solids.paraboloid import Paraboloid
 from raytracer.scene.solids.plane import Plane
 from raytracer.scene.solids.solid import Solid
 from raytracer.scene.solids.sphere import Sphere
@@ -157,8 +158,14 @@ _PLACES: dict[str, dict[str, Vec3]] = {
         "an edge": (0.5, 0.5, 0),
         "a corner": (1, 0, 0),
     },
+    "paraboloid": {
+        "inside": (0.125, -0.25, 0),
+        "a cap": (0.125, -0.75, 0),
+        "a wall": (0.375, 0.375, 0),
+        "an edge": (0.75, -0.75, 0),
+        "the vertex": (0, 0.75, 0),
+    },
 }
-_CURVED = "a wall", "the outer equator", "the inner equator", "the top"
 
 
 def camera_at_solids(renderer: Renderer, short: bool) -> Iterator[Finding]:
@@ -200,6 +207,7 @@ def solids_tangents(renderer: Renderer, short: bool) -> Iterator[Finding]:
         "along a face of a box": ("box", (0.25, 0.5, 5), (0.25, 0.5, 0)),
         "along an edge of a box": ("box", (0.75, 0.5, 5), (0.75, 0.5, 0)),
         "at an ellipsoid's outline": ("ellipsoid", (0, 0.5, 5), (0, 0.5, 0)),
+        "at the vertex of a paraboloid": ("paraboloid", (0, 0.75, 5), (0, 0.75, 0)),
         "along an edge of a polyhedron": ("polyhedron", (4, -3, 0), (0, 1, 0)),
     }
     for name, (kind, eye, look_at) in views.items():
@@ -254,6 +262,8 @@ def _coincident() -> dict[str, tuple[Solid, Solid | None]]:
     pairs["a cone cut by a half-space"] = cone & Plane((0, 1, 0), 0, _RED), stump
     tower = Cylinder((0, -1, 0), (0, 0, 0), 0.5, _RED)
     pairs["a cone on a cylinder, taken off"] = (tower | point) - point, tower
+    dome, tip = (Paraboloid((0, y, 0), (0, 0.75, 0), r, _RED) for y, r in ((-0.75, 0.75), (0.375, 0.375)))
+    pairs["a paraboloid less its tip"] = dome - tip, dome & Plane((0, 1, 0), 0.375, _RED)
     ring = Torus((0, 0, 0), (0, 1, 0), 0.75, 0.25, _RED)
     pairs["a torus in halves"] = (ring & Plane((0, 1, 0), 0, _RED)) | (ring - Plane((0, 1, 0), 0, _RED)), ring
     return pairs

@@ -14,6 +14,8 @@ from raytracer.scene.solids.box import Box
 from raytracer.scene.solids.cone import Cone
 from raytracer.scene.solids.cylinder import Cylinder
 from raytracer.scene.solids.ellipsoid import Ellipsoid
+from raytracer.scene.solids.kinds import KINDS as ALL_KINDS
+from raytracer.scene.solids.paraboloid import Paraboloid
 from raytracer.scene.solids.plane import Plane
 from raytracer.scene.solids.polyhedron import Polyhedron
 from raytracer.scene.solids.solid import Solid
@@ -21,7 +23,7 @@ from raytracer.scene.solids.sphere import Sphere
 from raytracer.scene.solids.torus import Torus
 
 # All kinds but the sphere and the half-space, which have rows of their own.
-KINDS = "box", "cylinder", "cone", "ellipsoid", "torus", "polyhedron"
+KINDS = tuple(kind for kind in ALL_KINDS if kind not in ("sphere", "plane"))
 _OCTAHEDRON = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
 # The largest condition number of the map of a random solid.
 _CONDITION = 100.0
@@ -42,8 +44,12 @@ def specimen(kind: str, material: Material = MATTE[0]) -> Solid:
             return Torus((0, 0, 0), (0, 1, 0), 0.75, 0.25, material)
         case "polyhedron":
             return Polyhedron(_OCTAHEDRON, material)
-        case _:
+        case "paraboloid":
+            return Paraboloid((0, -0.75, 0), (0, 0.75, 0), 0.75, material)
+        case "sphere":
             return Sphere((0, 0, 0), 0.75, material)
+        case _:
+            raise ValueError(f"{kind}: has no specimen")
 
 
 def random_map(rng: np.random.Generator, condition: float) -> np.ndarray:
