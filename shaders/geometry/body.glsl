@@ -7,8 +7,9 @@
 // raytracer/compiler/body_texels.py packs the texels:
 //     a slab:  the unit normal and the depth of the camera below the high face; the coarse slopes of the normal
 //              (camera.glsl) and the depth above the low face; the fine slopes; the coincidence numbers of both faces
-//     a wall:  l0 if it is constant, the power of the camera (wall.glsl), the coincidence number, 0; then for each form
-//              its gradient and its value at the camera, the coarse slopes, and the fine slopes
+//     a wall:  l0 if it is constant, the power of the camera (wall.glsl; 0 if the camera is on the wall, 1 for another
+//              camera of a torus), the coincidence number, 0; then for each form its gradient and its value at the
+//              camera, the coarse slopes, and the fine slopes
 
 #include "geometry/terms.glsl"
 #include "geometry/slab.glsl"
@@ -111,9 +112,12 @@ real2 wallRoots(Ray ray, Wall wall, int kind, int part) {
 #endif
 #ifdef HAS_TORI
     real2 span = torusSpan(wall.p, wall.d, part);
-    bool isKnown = wall.surface == ray.start.surface || wall.surface == ray.end.surface;
-    if (ray.ofCamera || !isKnown) return span;
-    return torusEnds(ray, part, wall.surface, span, torusSpan(wall.p, wall.d, 1 - part));
+    bool starts = ray.ofCamera ? wall.power == 0.0 : wall.surface == ray.start.surface;
+    bool ends = !ray.ofCamera && wall.surface == ray.end.surface;
+    if (!(starts || ends)) return span;
+    real slope = dot(ray.start.n, ray.rd);
+    if (ray.ofCamera) slope = dot(torusGradient(wall.p.yzw), wall.d.yzw);
+    return torusEnds(ray, part, starts, ends, slope, span, torusSpan(wall.p, wall.d, 1 - part));
 #else
     return real2(INF, -INF);
 #endif

@@ -119,6 +119,7 @@ def measure_scene(
     evaluator: Evaluator = "cells",
     doubt: float = 0.01,
     dark: float = 0.05,
+    tangent: float = 0.0,
 ) -> Iterator[Finding]:
     """Measure a scene with all precisions.
 
@@ -129,13 +130,15 @@ def measure_scene(
         scene, size, evaluator: the picture
         doubt: largest share of doubtful pixels with 32 bits; inf: 32 bits do not resolve the scene. Default: 0.01.
         dark: largest share of doubtful shadows with 32 bits; inf: 32 bits do not resolve them. Default: 0.05.
+        tangent: share of pixels whose rays are exactly tangent, in doubt with any precision. Default: 0.
 
-    With 64 bits the bounds are always the defaults.
+    With 64 bits the bounds are the defaults, and `tangent` more for pixels.
     """
     for bits in renderer.device.limits.precisions:
         errors = measure_pixel_errors(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))
         yield Finding(row, at, bits, "wrong pixels", errors.wrong, 0)
-        yield Finding(row, at, bits, "doubtful pixels, of those hit", errors.doubtful, doubt if bits == 32 else 0.01)
+        most = tangent + (doubt if bits == 32 else 0.01)
+        yield Finding(row, at, bits, "doubtful pixels, of those hit", errors.doubtful, most)
         if scene.lights:
             yield Finding(row, at, bits, "wrong shadows", errors.lit, 0)
             yield Finding(row, at, bits, "doubtful shadows, of those hit", errors.unlit, dark if bits == 32 else 0.05)
