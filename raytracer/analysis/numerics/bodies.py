@@ -10,89 +10,23 @@ import numpy as np
 from raytracer.analysis.numerics.findings import Finding
 from raytracer.analysis.numerics.pixel_errors import (
     MATTE,
-    PixelErrors,
-    compare_pictures,
-    measure_pixel_errors,
     measure_scene,
-    normalize,
 )
 from raytracer.analysis.numerics.scene_transforms import enlarge_scene, move_scene
-from raytracer.analysis.numerics.solids import count_different_pixels
-from raytracer.analysis.numerics.specimens import KINDS, lit_scene, random_map, random_solids_scene, specimen
-from raytracer.analysis.pixel_doubt import find_pixel_doubt
-from raytracer.compiler.limits import MAX_ROTH_LOOPS
-from raytracer.compiler.roth_bounds import roth_loops
+from raytracer.analysis.numerics.specimens import KINDS, lit_scene, specimen
 from raytracer.core.validation import Vec3
-from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
 from raytracer.scene.camera import Camera
 from raytracer.scene.lights import PointLight
-from raytracer.scene.options import Evaluator
 from raytracer.scene.scene import Scene
-from raytracer.scene.settings import Settings
-from raytracer.scene.solids.box import Box
-from raytracer.scene.solids.cone import Cone
-from raytracer.scene.solids.cylinder import Cylinder
-from raytracer.scene.solids.paraboloid import Paraboloid
 from raytracer.scene.solids.plane import Plane
 from raytracer.scene.solids.solid import Solid
 from raytracer.scene.solids.sphere import Sphere
-from raytracer.scene.solids.torus import Torus
 
 SIZE = (64, 40)
 _RED, _BLUE, _GREEN, _GREY = MATTE
 # Spheres and boxes that candidate lists need: the evaluator `cells` lists the primitives of larger scenes.
 _LISTED = 13
-
-
-def random_solids(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """300 random scenes: 1 to 12 solids of all kinds under maps with condition numbers up to 100, in random trees, over
-    a ground.
-
-    All evaluators and precisions, and `cells` with candidate lists besides. All pictures of a precision have equal
-    bits.
-    """
-    row = "random solids"
-    worst: dict[tuple[str, int], list[PixelErrors]] = {}
-    different = dict.fromkeys(renderer.device.limits.precisions, 0)
-    for seed in range(8 if short else 300):
-        for extra in (0, _LISTED) if seed % 4 == 0 else (0,):
-            scene = random_solids_scene(seed, extra=extra)
-            exact = ray_tracer.trace(scene, SIZE)
-            for bits in renderer.device.limits.precisions:
-                if short and bits == 64 and seed % 4:
-                    continue
-                pixel_doubt = find_pixel_doubt(scene, SIZE, bits)
-                first = None
-                for evaluator in _evaluators(scene, extra, short and seed % 4 != 1):
-                    image = renderer.render(scene, SIZE, Settings(precision=bits, evaluator=evaluator))
-                    first = first or image
-                    different[bits] += count_different_pixels(image, first)
-                    name = f"{evaluator} with lists" if extra and evaluator == "cells" and bits == 32 else evaluator
-                    worst.setdefault((name, bits), []).append(compare_pictures(image, exact, pixel_doubt))
-    for (at, bits), all_errors in worst.items():
-        count = len(all_errors)
-        for measure, values, bound in (
-            ("wrong pixels", sum(e.wrong for e in all_errors), 0),
-            ("wrong shadows", sum(e.lit for e in all_errors), 0),
-            ("wrong in fact, doubtful or not", sum(e.wrong_or_doubtful for e in all_errors), math.inf),
-            ("NaN, infinite or negative values", sum(e.bad for e in all_errors), 0),
-            ("largest share of doubtful pixels", max(e.doubtful for e in all_errors), 0.01),
-            ("mean share of doubtful pixels", sum(e.doubtful for e in all_errors) / count, 0.001),
-            ("largest share of doubtful shadows", max(e.unlit for e in all_errors), 0.05),
-            ("depth error, share of its bound", max(e.depth_share for e in all_errors), 1),
-            ("normal error, share of its bound", max(e.normal_share for e in all_errors), 1),
-            ("radiance error, share of its bound", max(e.radiance_share for e in all_errors), 1),
-        ):
-            yield Finding(row, at, bits, measure, values, bound, f"{count} pictures" if measure[0] == "w" else "")
-    for bits, count in different.items():
-        yield Finding(row, "all evaluators", bits, "pixels with other bits than the first", count, 0)
-
-
-def _evaluators(scene: Scene, extra: int, without_roth: bool) -> tuple[Evaluator, ...]:
-    if extra or without_roth or roth_loops(scene) > MAX_ROTH_LOOPS:
-        return "cells", "walk"
-    return "cells", "walk", "roth"
 
 
 def _turned(kind: str) -> Solid:
@@ -224,83 +158,6 @@ def solids_tangents(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield from measure_scene(renderer, "tangents of solids", at, scene, (49, 33), doubt=doubt, tangent=tangent)
 
 
-def _coincident() -> dict[str, tuple[Solid, Solid | None]]:
-    """Return solids with coincident faces, each with an equal simpler solid; None: the solid is empty."""
-    pairs: dict[str, tuple[Solid, Solid | None]] = {}
-    for kind in KINDS:
-        a, b = specimen(kind, _RED), specimen(kind, _BLUE)
-        ball = Sphere((0.5, 0.25, 0.5), 0.75, _GREEN)
-        pairs[f"{kind}: A - A"] = a - b, None
-        pairs[f"{kind}: A | A"] = a | b, a
-        pairs[f"{kind}: A & A"] = a & b, a
-        pairs[f"{kind}: A & ~A"] = a & ~b, None
-        pairs[f"{kind}: (A - B) | (A & B)"] = (a - ball) | (a & ball), a
-        pairs[f"{kind}: A in B | A"] = ball | a | ball, ball | a
-    low, high = Box((-0.75, -0.5, -0.5), (0.75, 0, 0.5), _RED), Box((-0.75, 0, -0.5), (0.75, 0.5, 0.5), _RED)
-    whole = Box((-0.75, -0.5, -0.5), (0.75, 0.5, 0.5), _RED)
-    pairs["two boxes that share a face"] = low | high, whole
-    pairs["a box less its upper half"] = whole - high, low
-    sides: Solid = Plane((1, 0, 0), 0.75, _RED)
-    for normal, offset in (
-        ((-1, 0, 0), 0.75),
-        ((0, 1, 0), 0.5),
-        ((0, -1, 0), 0.5),
-        ((0, 0, 1), 0.5),
-        ((0, 0, -1), 0.5),
-    ):
-        sides = sides & Plane(normal, offset, _RED)
-    pairs["a box less its half-spaces"] = whole - sides, None
-    pairs["half-spaces less their box"] = sides - whole, None
-    pole, lower, upper = (Cylinder((0, y, 0), (0, z, 0), 0.5, _RED) for y, z in ((-1, 1), (-1, 0.25), (0.25, 1)))
-    pairs["two cylinders on each other"] = lower | upper, pole
-    pairs["a cylinder less its upper part"] = pole - upper, lower
-    pairs["a cylinder cut by a box"] = pole & Box((-1, -1, -1), (1, 0.25, 1), _RED), lower
-    core = Cylinder((0, -1, 0), (0, 1, 0), 0.25, _RED)
-    pairs["a pipe and its core"] = (pole - core) | core, pole
-    cone, point = Cone((0, -1, 0), (0, 1, 0), 1, 0, _RED), Cone((0, 0, 0), (0, 1, 0), 0.5, 0, _RED)
-    stump = Cone((0, -1, 0), (0, 0, 0), 1, 0.5, _RED)
-    pairs["a cone less its point"] = cone - point, stump
-    pairs["a cone on its stump"] = stump | point, cone
-    pairs["a cone cut by a half-space"] = cone & Plane((0, 1, 0), 0, _RED), stump
-    tower = Cylinder((0, -1, 0), (0, 0, 0), 0.5, _RED)
-    pairs["a cone on a cylinder, taken off"] = (tower | point) - point, tower
-    dome, tip = (Paraboloid((0, y, 0), (0, 0.75, 0), r, _RED) for y, r in ((-0.75, 0.75), (0.375, 0.375)))
-    pairs["a paraboloid less its tip"] = dome - tip, dome & Plane((0, 1, 0), 0.375, _RED)
-    ring = Torus((0, 0, 0), (0, 1, 0), 0.75, 0.25, _RED)
-    pairs["a torus in halves"] = (ring & Plane((0, 1, 0), 0, _RED)) | (ring - Plane((0, 1, 0), 0, _RED)), ring
-    return pairs
-
-
-def coincident_solids(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """Solids with common caps, walls and faces, and equal simpler solids, under equal maps. All pixels agree bit for
-    bit.
-
-    The rotated pair and the pair under a shear are compared, too.
-    """
-    shear = ((1.0, 0.3, 0.0, 0.2), (0.1, 0.9, 0.4, 0.0), (0.0, -0.2, 1.1, -0.1))
-    moves = {"": lambda s: s, ", rotated": lambda s: s.rotate((1, 2, 3), 40), ", sheared": lambda s: s.transform(shear)}
-    for i, (name, (solid, simple)) in enumerate(_coincident().items()):
-        for j, (moved, move) in enumerate(moves.items()):
-            if short and (i + j) % 3:
-                continue
-            for k, evaluator in enumerate(("cells", "walk", "roth")):
-                if short and (i // 3 + k) % 6:
-                    continue
-                bits_of = (32,) if short else renderer.device.limits.precisions
-                for bits in bits_of:
-                    settings = Settings(evaluator=evaluator, precision=bits)
-                    image = renderer.render(lit_scene(move(solid)), SIZE, settings)
-                    expected = renderer.render(lit_scene(move(simple)), SIZE, settings) if simple is not None else None
-                    yield Finding(
-                        "coincident solids",
-                        f"{name}{moved}, {evaluator}",
-                        bits,
-                        "wrong pixels",
-                        count_different_pixels(image, expected),
-                        0,
-                    )
-
-
 def slivers(renderer: Renderer, short: bool) -> Iterator[Finding]:
     """Solids of all kinds under stretches of 1e4 and under nearly singular maps, down to a shortest axis of 1e-9."""
     stretches = {
@@ -317,65 +174,3 @@ def slivers(renderer: Renderer, short: bool) -> Iterator[Finding]:
             rough = math.inf if min(factors) < 1e-4 else 0.05
             at = f"{kind}, {name}"
             yield from measure_scene(renderer, "slivers", at, scene, SIZE, doubt=max(rough, 0.01), dark=rough)
-
-
-def solids_self_shadow(renderer: Renderer, short: bool) -> Iterator[Finding]:
-    """The test of `self-shadow` for solids of all kinds, of sizes 1e-4 to 1e4 and condition numbers up to 100, from up
-    to 1e8 away.
-
-    A convex solid never shades points of its surface that face a light. A torus may, and each light's shadow is
-    compared with float64.
-    """
-    row = "self-shadow of solids"
-    for kind in KINDS:
-        for bits in renderer.device.limits.precisions:
-            if kind == "torus":
-                yield from _torus_shadows(renderer, bits, 20 if short else 1600)
-                continue
-            shaded = rays = 0
-            seeds = 12 if short else 700
-            for seed in range(seeds):
-                scene = _lit_solid(kind, seed, 16)
-                lit, free = (
-                    renderer.render(scene, (16, 16), Settings(precision=bits, shadows=shadows))
-                    for shadows in ("hard", "off")
-                )
-                assert free.material is not None
-                shaded += int(np.sum(lit.radiance != free.radiance))
-                rays += int(np.sum(free.material >= 0)) * len(scene.lights)
-            note = f"{seeds} seeds, {rays} pairs of point and light"
-            yield Finding(row, kind, bits, "self-hits", shaded, 0, note)
-
-
-def _lit_solid(kind: str, seed: int, lights: int) -> Scene:
-    """Return a random specimen that fills a picture, and lights around it, near and far."""
-    rng = np.random.default_rng((5, seed))
-    size = 10.0 ** rng.uniform(-4, 4)
-    solid = specimen(kind).transform(random_map(rng, 100.0)).scale(size)
-    corners = np.array(solid.bounds())
-    center, radius = corners.mean(axis=0), float(np.linalg.norm(corners[1] - corners[0])) / 2.0
-    eye = center + normalize(rng.normal(size=3)) * radius * 10.0 ** rng.uniform(0.01, 4)
-    distance = float(np.linalg.norm(eye - center))
-    fov = min(2.0 * math.degrees(math.asin(min(0.95, radius / distance))), 150.0)
-    reach = np.repeat((2.0, 10.0 ** rng.uniform(1, 6)), (lights + 1) // 2)[:lights]
-    places = center + normalize(rng.normal(size=(lights, 3))) * radius * reach[:, None]
-    look_at = center + 0.1 * radius * normalize(rng.normal(size=3))
-    sources = [PointLight(tuple(place), (2.0**i, 0, 0)) for i, place in enumerate(places.tolist())]
-    return Scene([solid], sources, Camera(tuple(eye.tolist()), tuple(look_at.tolist()), vertical_fov=fov))
-
-
-def _torus_shadows(renderer: Renderer, bits: int, seeds: int) -> Iterator[Finding]:
-    row, size = "self-shadow of solids", (40, 40)
-    errors = []
-    settings = Settings(precision=bits)  # pyright: ignore[reportArgumentType]
-    for seed in range(seeds):
-        errors.append(measure_pixel_errors(renderer, _lit_solid("torus", seed, 1), size, settings))
-    pairs = sum(e.shown for e in errors)
-    note = f"{seeds} seeds, {pairs} pairs of point and light"
-    yield Finding(row, "torus", bits, "wrong shadows", sum(e.lit for e in errors), 0, note)
-    yield Finding(row, "torus", bits, "falsely dark", sum(e.dark for e in errors), 0)
-    yield Finding(
-        row, "torus", bits, "falsely dark in fact, doubtful or not", sum(e.dark_in_fact for e in errors), math.inf
-    )
-    unlit = sum(e.unlit * e.shown for e in errors) / max(1, pairs)
-    yield Finding(row, "torus", bits, "doubtful shadows, of those hit", unlit, 0.05)

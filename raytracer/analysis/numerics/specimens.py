@@ -1,4 +1,4 @@
-"""Solids of all kinds for the ledger: one of each, and random scenes of them."""
+"""Solids of all kinds for the ledger: one of each, random maps, and a scene around them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from raytracer.scene.solids.cylinder import Cylinder
 from raytracer.scene.solids.ellipsoid import Ellipsoid
 from raytracer.scene.solids.kinds import KINDS as ALL_KINDS
 from raytracer.scene.solids.paraboloid import Paraboloid
-from raytracer.scene.solids.plane import Plane
 from raytracer.scene.solids.polyhedron import Polyhedron
 from raytracer.scene.solids.solid import Solid
 from raytracer.scene.solids.sphere import Sphere
@@ -25,8 +24,6 @@ from raytracer.scene.solids.torus import Torus
 # All kinds but the sphere and the half-space, which have rows of their own.
 KINDS = tuple(kind for kind in ALL_KINDS if kind not in ("sphere", "plane"))
 _OCTAHEDRON = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
-# The largest condition number of the map of a random solid.
-_CONDITION = 100.0
 
 
 def specimen(kind: str, material: Material = MATTE[0]) -> Solid:
@@ -58,29 +55,6 @@ def random_map(rng: np.random.Generator, condition: float) -> np.ndarray:
     stretch = np.exp(rng.uniform(-np.log(condition), 0.0, 3)) if rng.random() < 0.3 else rng.uniform(0.4, 1.0, 3)
     linear = u @ np.diag(np.maximum(stretch / stretch.max(), 1.0 / condition)) @ v
     return np.column_stack([linear, rng.uniform(-1.2, 1.2, 3)])
-
-
-def random_solids_scene(seed: int, *, extra: int = 0) -> Scene:
-    """Return a ground and random trees over 1 to 12 moved solids of all kinds, and `extra` small boxes."""
-    rng = np.random.default_rng((11, seed))
-    kinds = (*KINDS, "sphere")
-    leaves = [
-        specimen(kinds[rng.integers(len(kinds))], MATTE[rng.integers(4)]).transform(random_map(rng, _CONDITION))
-        for _ in range(rng.integers(1, 13))
-    ]
-    objects: list[Solid] = [Plane((0, 1, 0), -2, MATTE[3])]
-    while leaves:
-        solid = leaves.pop()
-        while leaves and rng.random() < 0.6:
-            other = leaves.pop()
-            solid = (solid | other, solid - other, solid & other, solid - ~other)[rng.integers(4)]
-        objects.append(solid)
-    for k in range(extra):
-        turned = specimen("box", MATTE[k % 4]).scale(0.2).rotate((1, 2, 3), 20.0 * k)
-        objects.append(turned.translate((k / 3 - 2, 1.2, 0)))
-    eye = rng.normal(size=3)
-    x, y, z = (eye * rng.uniform(3.0, 6.0) / np.linalg.norm(eye)).tolist()
-    return Scene(objects, [PointLight((4, 7, 4))], Camera((x, abs(y + 2.0), z), (0, 0, 0)))
 
 
 def lit_scene(*objects: Solid, eye: Vec3 = (0.4, 0.7, 5.0), look_at: Vec3 = (0, 0, 0), fov: float = 50.0) -> Scene:
