@@ -57,9 +57,13 @@ def solids_distance(renderer: Renderer, short: bool) -> Iterator[Finding]:
             fov = 2.0 * math.degrees(math.atan(1.3 / distance))
             scene = lit_scene(_turned(kind), eye=(x, y, z), look_at=(0.1, -0.05, 0.02), fov=fov)
             # Pixels whose chord is shorter than the errors of both its ends are doubtful: near edges of faces, a share
-            # in proportion to the errors.
-            share = 64.0 * 2.0**-24 * distance
-            doubt, dark = (0.01 + share, 0.05 + share) if share < 0.1 else (math.inf, math.inf)
+            # in proportion to the errors. A torus has the larger errors of a quartic, above all in shadows: 32 bits do
+            # not resolve them from some 100 sizes away.
+            pixels, shadows = (1024.0, 20480.0) if kind == "torus" else (256.0, 512.0)
+            doubt, dark = (
+                base + share if share < 0.2 else math.inf
+                for base, share in ((0.01, pixels * 2.0**-24 * distance), (0.05, shadows * 2.0**-24 * distance))
+            )
             at = f"{kind}, from 1e{power}"
             yield from measure_scene(renderer, row, at, scene, SIZE, doubt=doubt, dark=dark)
         for power in (6,) if short else (2, 4, 6):
