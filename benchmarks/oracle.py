@@ -4,6 +4,7 @@ python -m benchmarks.oracle [--scenes 300] [--first 0] [--short]
 """
 
 import argparse
+import inspect
 import sys
 
 from rich.progress import Progress
@@ -35,7 +36,7 @@ def main() -> None:
             progress=lambda done: progress.update(task, completed=done),
         )
     how = f"Scenes {first} to {first + count - 1}, on {renderer.device.limits.driver}."
-    print(as_markdown([LedgerRow(random_solids.__doc__ or "", findings)], how))
+    print(as_markdown([LedgerRow(inspect.cleandoc(random_solids.__doc__ or ""), findings)], how))
     sys.exit(not all(finding.is_within_bound for finding in findings))
 
 

@@ -9,6 +9,7 @@ Other packages may use:
 
     ray_tracer: trace, trace_rays, camera_rays, rays_through, RayResults
     intersection: Tracer
+    scene_surfaces: Ball, HalfSpace, Wall
     reflectance: reflected, mirrored
     microfacets: fresnel, dot; rough_surfaces: eon_albedo, eon_mean_albedo (terms of the reflectance models)
     converged: trace_converged
