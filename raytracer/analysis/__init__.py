@@ -6,7 +6,8 @@ packages except app.
     image_difference: metrics for the difference between two pictures (`rt.compare`)
     figures, difference_figure: the style of all plots, and the figure of `raytracer compare -o`
     pixel_doubt, rounding_bounds: bounds of the rounding errors of a picture, for each pixel
-    cell_bounds, wall_bounds, torus_bounds: bounds of the rounding errors of roots, for solids with several faces
+    face_bounds, wall_bounds, cone_bounds, torus_bounds, known_bounds: bounds of the rounding errors of faces' roots
+    surface_bounds: those bounds for all surfaces of a scene
     numerics: errors of pictures at the ends of all value ranges (`raytracer extremes`)
     reflectance: properties of the reflectance models, and their expectations (`raytracer brdf`)
     tradeoffs: time and error of all settings (`raytracer trade` and `tune`)

@@ -95,8 +95,9 @@ def _cone_ends(along: FormsAlong, u: float) -> Ends:
     far, far_off = _cone_roots(cone.A, cone.b, (along.power, along.power_error), cone.root, u)
     near, near_off = _cone_roots(cone.A, cone.near_b, cone.near_power, cone.root, u)
     shifted, shifted_off = near + middle, near_off + middle_error + u * np.abs(near + middle)
-    take = np.abs(near) < 0.5 * np.abs(middle)
-    either = np.abs(np.abs(near) - 0.5 * np.abs(middle)) <= near_off + middle_error
+    starts = (along.power == 0.0) & (along.power_error == 0.0)  # on the wall
+    take = (np.abs(near) < 0.5 * np.abs(middle)) & ~starts
+    either = (np.abs(np.abs(near) - 0.5 * np.abs(middle)) <= near_off + middle_error) & ~starts
     s = np.where(take, shifted, far)
     s_error = np.where(take, shifted_off, far_off)
     s_error = np.where(either, np.maximum(shifted_off, far_off), s_error)

@@ -37,6 +37,7 @@ from raytracer.compiler.bodies import WALLS, PlacedShapes, make_bodies
 from raytracer.ground_truth.intersection import Tracer
 from raytracer.ground_truth.microfacets import dot
 from raytracer.ground_truth.scene_surfaces import Ball, HalfSpace
+from raytracer.ground_truth.scene_surfaces import Wall as WallSurface
 from raytracer.scene.lights import PointLight
 from raytracer.scene.solids.body import Placed
 from raytracer.scene.solids.plane import Plane
@@ -170,9 +171,18 @@ class SurfaceBounds:
     def _wall_ends(self, k: int, rays: Rays, known: ShadowEnds | None, starts: Mask) -> list[Ends]:
         wall, u = self._walls[k], self._view.u
         along = self._along(wall, rays)
+        surface = self._tracer.surfaces[k]
+        has_camera = rays.camera and isinstance(surface, WallSurface) and surface.has_camera
         if wall.kind == "torus":
             parts = list(torus_ends(along, u))
+            if has_camera:
+                zero = np.zeros(len(starts))
+                slope = rays.rd @ (self._view.R @ surface.normals(np.zeros((1, 3)))[0])
+                sure = np.abs(slope) > rays.rd_error + FEW_ROUNDINGS * u
+                parts = with_known_root(parts, sure, zero, slope > 0.0)
         else:
+            if has_camera:
+                along = along._replace(power=np.zeros(len(starts)), power_error=np.zeros(len(starts)))
             parts = [(cone_ends if wall.kind == "cone" else round_ends)(along, u)]
         if known is None or not (starts.any() or known.lit == k):
             return parts

@@ -8,6 +8,7 @@ gpu uploads only the changed parts.
 May import: core, scene. Other packages may use:
 
 - compiled_scene: compile, CompiledScene
+- bodies: make_bodies, PlacedShapes, WALLS
 - frame: make_frame, Frame
 - bright_features: bright_features; features: Features, NO_FEATURES
 - light_scale: light_scale, scale_light

@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.core.validation import Vec3
 from raytracer.scene.solids import affine_arrays
 from raytracer.scene.solids.body import Body, Wall
 
@@ -28,6 +29,9 @@ _ORTHOGONAL = 1e-9
 # The unit to which the numbers of walls are rounded, as a share of the largest number. Walls that coincide, but are
 # stated by other points of their axis, differ by a few 2^-53, which this rounding removes.
 _GRID = 2.0**-44
+# A point may lie on a wall if it is at most this share of the largest number of the two off it: the error of four forms
+# with numbers rounded to _GRID.
+_ON = 2.0 * _GRID
 
 
 class Bodies(msgspec.Struct, frozen=True, eq=False):
@@ -86,12 +90,14 @@ def make_bodies(placed: PlacedShapes) -> Bodies:
     )
 
 
-def is_on_wall(kind: str, values: Array, error: float) -> bool:
-    """Return whether a point is on a wall, by the values (4,) of its forms there and their largest error."""
-    l0, l1, l2, l3 = values
-    if kind == "torus":
-        return bool(abs(np.hypot(np.hypot(l1, l2) - 1.0, l3) - l0) <= 4.0 * error)
-    return bool(l0 >= -error and abs(np.sqrt(l1 * l1 + l2 * l2 + l3 * l3) - l0) <= 4.0 * error)
+def walls_at(bodies: Bodies, point: Vec3) -> NDArray[np.bool_]:
+    """Return whether a point lies on each wall (W,), within the rounding of the wall's numbers."""
+    w, c = bodies.forms[:, :, :3], bodies.forms[:, :, 3]
+    l0, l1, l2, l3 = (w @ point + c).T
+    error = _ON * (np.abs(w) @ np.abs(point) + np.abs(c)).max(axis=1, initial=0.0)
+    is_torus = bodies.kinds[bodies.walls >= 0] == WALLS.index("torus")
+    aside = np.hypot(l1, l2)
+    return np.abs(np.hypot(np.where(is_torus, aside - 1.0, aside), l3) - l0) <= error
 
 
 def wall_gradient(kind: str, forms: Array, values: Array) -> Array:

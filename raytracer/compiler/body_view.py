@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.bodies import Bodies
+from raytracer.compiler.bodies import WALLS, Bodies, walls_at
 from raytracer.core.validation import Vec3
 
 Array = NDArray[np.float64]
@@ -20,7 +20,8 @@ class BodyView(msgspec.Struct, frozen=True, eq=False):
     high: Array  # (K,): the depth of the camera in the half-space of each slab's high face; inf without a face
     low: Array  # (K,): the same for the low face
     forms: Array  # (W, 4, 4): (w, l): the gradients of the walls' forms, and their values at the camera
-    powers: Array  # (W,): l0^2 - l1^2 - l2^2 - l3^2 at the camera
+    # (W,): l0^2 - l1^2 - l2^2 - l3^2 at the camera; 0 for a camera on the wall, not for another camera of a torus
+    powers: Array
 
 
 def make_body_view(bodies: Bodies, eye: Vec3, turn: Array) -> BodyView:
@@ -33,7 +34,7 @@ def make_body_view(bodies: Bodies, eye: Vec3, turn: Array) -> BodyView:
         plane_depths(bodies.normals, bodies.high, eye),
         plane_depths(-bodies.normals, -bodies.low, eye),
         np.concatenate([turned(forms[:, :, :3], turn), values[..., None]], axis=2),
-        _powers(values),
+        _powers(bodies, values, eye),
     )
 
 
@@ -66,8 +67,12 @@ def plane_depths(normals: Array, offsets: Array, point: Vec3) -> Array:
         return np.where(np.isinf(offsets), offsets, total + rest)
 
 
-def _powers(values: Array) -> Array:
-    """Return l0^2 - (l1^2 + l2^2 + l3^2) of the values (W, 4), as differences of squares that are near each other."""
+def _powers(bodies: Bodies, values: Array, eye: Vec3) -> Array:
+    """Return the powers of BodyView (W,), by the values of the forms (W, 4) at the camera."""
     l0, l1, l2, l3 = values.T
+    # The difference of squares that are near each other.
     aside = np.sqrt(l1 * l1 + l2 * l2 + l3 * l3)
-    return (l0 - aside) * (l0 + aside)
+    powers = (l0 - aside) * (l0 + aside)
+    powers[bodies.kinds[bodies.walls >= 0] == WALLS.index("torus")] = 1.0
+    powers[walls_at(bodies, eye)] = 0.0
+    return powers

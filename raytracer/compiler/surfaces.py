@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.bodies import WALLS, Bodies, is_on_wall, make_bodies
+from raytracer.compiler.bodies import Bodies, make_bodies, walls_at
 from raytracer.compiler.placed_leaves import place_leaves
 from raytracer.core.validation import Vec3
 from raytracer.scene.lights import PointLight
@@ -141,13 +141,8 @@ def _face_at_light(surfaces: Surfaces, light: PointLight) -> int | None:
         near = np.flatnonzero(np.isfinite(off) & (off <= _NEAR * np.maximum(np.abs(offsets), largest)))
     if len(near):
         return surfaces.size + int(near[0])
-    values = bodies.forms[:, :, :3] @ light.position + bodies.forms[:, :, 3]
-    sizes = np.abs(bodies.forms[:, :, :3]) @ np.abs(light.position) + np.abs(bodies.forms[:, :, 3])
-    for body in np.flatnonzero(bodies.walls >= 0):
-        wall = bodies.walls[body]
-        if is_on_wall(WALLS[bodies.kinds[body]], values[wall], _NEAR * float(sizes[wall].max())):
-            return surfaces.size + 2 * len(bodies.high) + int(wall)
-    return None
+    walls = np.flatnonzero(walls_at(bodies, light.position))
+    return surfaces.size + 2 * len(bodies.high) + int(walls[0]) if len(walls) else None
 
 
 def powers(centers: Array, radii: Array, point: Vec3) -> Array:

@@ -8,7 +8,8 @@ A *converged picture* uses random samples of its own, until its estimated error 
 Other packages may use:
 
     ray_tracer: trace, trace_rays, camera_rays, camera_origins, rays_through, origins_through, RayResults
-    intersection: Tracer; scene_surfaces: Ball, HalfSpace
+    intersection: Tracer
+    scene_surfaces: Ball, HalfSpace, Wall
     reflectance: reflected, mirrored
     microfacets: fresnel, dot; rough_surfaces: eon_albedo, eon_mean_albedo (terms of the reflectance models)
     converged: trace_converged

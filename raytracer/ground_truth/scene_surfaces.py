@@ -140,23 +140,27 @@ class Wall:
         # The largest number of the sums that make the forms, so that the rounding error is a share of it.
         reach = np.abs(linear) @ np.abs(np.array(matrix)[:, :3] @ wall.anchor + np.array(matrix)[:, 3])
         self._size = float(reach.max()) + 1.0
+        self.has_camera = self._is_at(eye)  # whether the camera lies on the surface, up to rounding
 
     def _forms(self, P: Array) -> Array:
         return P @ self._linear.T + self._at_camera
 
     def is_at(self, light: PointLight) -> bool:
-        if light.radius:
-            return False
-        forms = self._forms(np.subtract(light.position, self._eye)[None])[0]
+        return not light.radius and self._is_at(light.position)
+
+    def _is_at(self, point: Vec3) -> bool:
+        forms = self._forms(np.subtract(point, self._eye)[None])[0]
         if self._is_torus:
             off = math.hypot(math.hypot(forms[1], forms[2]) - 1.0, forms[3]) - self._ratio
         else:
             off = math.hypot(*forms[1:]) - float(forms[0])
-        reach = np.abs(self._linear) @ np.maximum(np.abs(light.position), np.abs(self._eye))
+        reach = np.abs(self._linear) @ np.maximum(np.abs(point), np.abs(self._eye))
         return abs(off) <= ROUNDING * max(self._size, float(reach.max()))
 
     def spans(self, ro: Array, rd: Array, ends: Ends) -> list[Span]:
         p, d = self._forms(ro), rd @ self._linear.T
+        if ends.is_camera and self.has_camera:
+            return self._spans_from_surface(p, d)
         result = self._spans(p, d)
         light = ends.light if ends.distance is not None else None
         if light is not None and ends.distance is not None:

@@ -8,9 +8,9 @@
 //     a slab:  the unit normal and the depth of the camera below the high face; the depth above the low face, and the
 //              coincidence numbers of the high and the low face, and again the first depth (grid.glsl); for camera rays
 //              the coarse slopes of the normal (camera.glsl) and the first depth; the fine slopes and the second depth
-//     a wall:  l0 if it is constant, the power of the camera (wall.glsl), the coincidence number, 0; then for each form
-//              its gradient and its value at the camera; for camera rays the coarse slopes and again the value; the fine
-//              slopes
+//     a wall:  l0 if it is constant, the power of the camera (wall.glsl; 0 if the camera is on the wall, 1 for another
+//              camera of a torus), the coincidence number, 0; then for each form its gradient and its value at the
+//              camera; for camera rays the coarse slopes and again the value; the fine slopes
 // So any ray reads two texels of a slab.
 
 #include "geometry/terms.glsl"
@@ -109,6 +109,18 @@ Wall wallAt(Ray ray, int texel, int kind) {
     return wall;
 }
 
+#ifdef HAS_TORI
+// Whether the ray starts on the torus.
+bool startsOnTorus(Ray ray, Wall wall) {
+    return ray.ofCamera ? wall.power == 0.0 : wall.surface == ray.start.surface;
+}
+
+// The slope of the torus's outward normal at the start of a ray that starts on it.
+real torusSlope(Ray ray, Wall wall) {
+    return ray.ofCamera ? dot(torusGradient(wall.p.yzw), wall.d.yzw) : dot(ray.start.n, ray.rd);
+}
+#endif
+
 real2 wallRoots(Ray ray, Wall wall, int kind, int part) {
 #ifdef HAS_ROUND_WALLS
     if (kind == ROUND_WALL) {
@@ -123,9 +135,11 @@ real2 wallRoots(Ray ray, Wall wall, int kind, int part) {
     }
 #endif
 #ifdef HAS_TORI
-    if (ray.ofCamera) return torusSpan(wall.p, wall.d, part);
-    real4 spans = torusRoots(wall.p, wall.d, 0, 4);
-    return torusEnds(ray, part, wall.surface, part == 0 ? spans.xy : spans.zw, part == 0 ? spans.zw : spans.xy);
+    bool starts = startsOnTorus(ray, wall), ends = !ray.ofCamera && wall.surface == ray.end.surface;
+    bool isKnown = starts || ends;
+    real4 spans = torusRoots(wall.p, wall.d, isKnown ? 0 : 2 * part, isKnown ? 4 : 2 * part + 2);
+    real2 span = part == 0 ? spans.xy : spans.zw, other = part == 0 ? spans.zw : spans.xy;
+    return torusEnds(ray, part, starts, ends, torusSlope(ray, wall), span, other);
 #else
     return real2(INF, -INF);
 #endif
@@ -174,9 +188,12 @@ real2 bodyRoots(Ray ray, Surface s) {
 real4 rootsOfParts(Ray ray, ivec4 header) {
     const real4 NONE = real4(INF, -INF, INF, -INF);
     Wall wall = wallAt(ray, header.x, TORUS_WALL);
+    bool starts = startsOnTorus(ray, wall), ends = !ray.ofCamera && wall.surface == ray.end.surface;
+    real slope = torusSlope(ray, wall);
     real4 both = torusRoots(wall.p, wall.d, 0, 4);
     both = real4(
-        torusEnds(ray, 0, wall.surface, both.xy, both.zw), torusEnds(ray, 1, wall.surface, both.zw, both.xy)
+        torusEnds(ray, 0, starts, ends, slope, both.xy, both.zw),
+        torusEnds(ray, 1, starts, ends, slope, both.zw, both.xy)
     );
     return real4(both.x < both.y ? both.xy : NONE.xy, both.z < both.w ? both.zw : NONE.zw);
 }

@@ -73,7 +73,8 @@ real2 coneSpan(real4 p, real4 d, real power) {
     real b = p.x * ray.e.x - dot(p.yzw, ray.e.yzw);
     real2 s = coneRoots(ray.A, b, power, sqrt(max(ray.square, 0.0)));
     real2 near = nearRoots(ray);
-    real nearer = 0.5 * abs(ray.along);
+    // From a point on the wall, one root is exactly 0.
+    real nearer = power == 0.0 ? real(0.0) : 0.5 * abs(ray.along);
     if (abs(near.x) < nearer) s.x = near.x + ray.along;
     if (abs(near.y) < nearer) s.y = near.y + ray.along;
     s = clamp(s / ray.speed, -INF, INF);

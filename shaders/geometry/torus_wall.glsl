@@ -1,5 +1,6 @@
 // The intersection of a ray with a torus: up to two intervals, and the normals at their ends.
-// Provides torusRoots(), torusSpan(), torusEnds(), torusNormal(). All vectors and lengths are in view space.
+// Provides torusRoots(), torusSpan(), torusEnds(), torusGradient(), torusNormal(). All vectors and lengths are in view
+// space.
 //
 // The torus has the points with (hypot(l1, l2) - 1)^2 + l3^2 <= l0^2 for a constant l0 < 1. `p` and `d` are the forms
 // of wall.glsl along the ray, so d.x is 0. l1, l2, l3 are the coordinates in the torus's frame in units of the major
@@ -152,16 +153,19 @@ real2 torusSpan(real4 p, real4 d, int part) {
     return part == 0 ? roots.xy : roots.zw;
 }
 
-// The interval of a ray whose start or end may be known to lie on the torus. The root nearest to the known point
-// counts as exact: the nearest exit if the ray leaves the torus there, the nearest entry if not. `surface` is the
-// torus's coincidence number, `span` the result of torusSpan() for `part`, and `other` that for the other part.
-real2 torusEnds(Ray ray, int part, int surface, real2 span, real2 other) {
-    bool starts = surface == ray.start.surface, ends = surface == ray.end.surface;
-    if (ray.ofCamera || !(starts || ends)) return span;
+// Half the gradient of (hypot(l1, l2) - 1)^2 + l3^2 at l. On the torus, it points outwards.
+real3 torusGradient(real3 l) {
+    return real3(l.xy - l.xy / length(l.xy), l.z);
+}
+
+// The interval of a ray that starts or ends on the torus, or both. The root nearest to the known point counts as exact:
+// the nearest exit if the ray leaves the torus there, the nearest entry if not. `slope` is that of the outward normal
+// at the start, of any length, `span` the result of torusSpan() for `part`, and `other` that for the other part.
+real2 torusEnds(Ray ray, int part, bool starts, bool ends, real slope, real2 span, real2 other) {
     for (int i = 0; i < 2; i++) {
         if (!(i == 0 ? starts : ends)) continue;
         real known = i == 0 ? real(0.0) : ray.distance;
-        bool leaves = dot(i == 0 ? ray.start.n : ray.end.n, ray.rd) >= 0.0;
+        bool leaves = (i == 0 ? slope : dot(ray.end.n, ray.rd)) >= 0.0;
         bool isHere = span.x < span.y, isThere = other.x < other.y;
         real here = isHere ? abs((leaves ? span.y : span.x) - known) : INF;
         real there = isThere ? abs((leaves ? other.y : other.x) - known) : INF;
@@ -182,7 +186,6 @@ real3 torusNormal(real4 p, real4 d, real t, real3 w1, real3 w2, real3 w3) {
     real2 F = torusValue(ray, s);
     real step = 0.5 * F.x / F.y;
     if (abs(step) < 0.25 * ray.minor) s -= step;
-    real3 x = ray.m + s * ray.e;
-    x.xy -= x.xy / length(x.xy);
+    real3 x = torusGradient(ray.m + s * ray.e);
     return normalize(x.x * w1 + x.y * w2 + x.z * w3);
 }

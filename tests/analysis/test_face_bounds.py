@@ -1,35 +1,62 @@
-"""Roots of cells in float64 are those of their faces, and their bounds hold them."""
+"""Bounds of the crossings of rays with faces hold the roots of the whole body, and are narrow."""
 
 import math
 
 import numpy as np
-from raytracer.analysis.cell_bounds import placed_roots
 
+import raytracer as rt
+from raytracer.analysis.face_bounds import crossings_of_ends, half_space_ends, meet
 from raytracer.analysis.rounding_bounds import UNIT, Rays, RoundedView
-from raytracer.scene.solids.body import Placed
-from raytracer.scene.solids.box import Box
+from raytracer.analysis.surface_bounds import SurfaceBounds
+from raytracer.ground_truth.ray_tracer import Tracer
+
+EYE = (0.3, -0.2, 4.0)
+VIEW = RoundedView(np.eye(3), EYE, 3000, UNIT[32])
 
 
-def test_roots_of_a_turned_box_are_those_of_the_box_for_turned_rays() -> None:
+def rays_around(target: tuple[float, float, float], count: int) -> Rays:
     rng = np.random.default_rng(2)
-    count, eye = 5000, (0.3, -0.2, 4.0)
-    c, s = math.cos(0.7), math.sin(0.7)
-    matrix = (c, -s, 0.0, 0.5), (s, c, 0.0, -0.25), (0.0, 0.0, 1.0, 0.125)
-    leaf = Placed(Box((-1, -2, -0.5), (1, 0.5, 0.75)), matrix)
-    rd = np.array([0.1, 0.0, -4.0]) + rng.normal(size=(count, 3))
+    rd = np.subtract(target, EYE) + rng.normal(size=(count, 3))
     rd /= np.linalg.norm(rd, axis=1)[:, None]
     none = np.zeros(count)
-    rays = Rays(np.zeros((count, 3)), rd, none, none, True)
-    roots = placed_roots(RoundedView(np.eye(3), eye, 3000, UNIT[32]), leaf, rays)
+    return Rays(np.zeros((count, 3)), rd, none, none, True)
+
+
+def test_crossings_of_a_turned_box_hold_the_roots_of_the_box_for_turned_rays() -> None:
+    c, s = math.cos(0.7), math.sin(0.7)
+    matrix = (c, -s, 0.0, 0.5), (s, c, 0.0, -0.25), (0.0, 0.0, 1.0, 0.125)
+    solid = rt.Box((-1, -2, -0.5), (1, 0.5, 0.75)).transform(matrix)
+    rays = rays_around((0.4, -0.2, 0.0), 5000)
+    tracer = Tracer(rt.Scene([solid], [], rt.Camera(EYE, (0, 0, 0))))
+    crossings = SurfaceBounds(tracer, VIEW).crossings(rays)
     # In the space of the box, by the formula for a box with sides along the axes (Kay and Kajiya 1986).
     turn = np.array(matrix)[:, :3]
-    ro, rd = (np.array(eye) - np.array(matrix)[:, 3]) @ turn, rd @ turn
+    ro, rd = (np.array(EYE) - np.array(matrix)[:, 3]) @ turn, rays.rd @ turn
     a, b = (np.array([-1, -2, -0.5]) - ro) / rd, (np.array([1, 0.5, 0.75]) - ro) / rd
     first, last = np.minimum(a, b).max(axis=1), np.maximum(a, b).min(axis=1)
     hit = first < last
     assert 0.3 < hit.mean() < 0.9
-    np.testing.assert_array_equal(np.isfinite(roots.t[0][~roots.tangent]), hit[~roots.tangent])
-    sure = hit & ~roots.tangent
-    np.testing.assert_allclose(roots.t[:, sure], [first[sure], last[sure]], rtol=1e-13)
-    assert np.all(roots.error[:, sure] > UNIT[32]) and np.median(roots.error[:, sure]) < 1e-5
-    assert roots.tangent.mean() < 1e-3
+    low, high = (np.concatenate([each[i] for each in crossings]) for i in range(2))
+    with np.errstate(invalid="ignore"):
+        width = np.where(np.isfinite(low), high - low, 0.0)
+    for root in (first, last):
+        holds = (low <= root) & (root <= high)
+        assert np.all(holds.any(axis=0)[hit])
+    unsure = np.any([each.unsure for each in crossings], axis=0)
+    assert unsure.mean() < 1e-3
+    # Rays that miss cross nothing, and those that hit have two crossings. Three hold a root at an edge.
+    count = np.isfinite(low).sum(axis=0)
+    assert not count[~hit & ~unsure].any() and np.all(count[hit & ~unsure] >= 2) and np.mean(count[hit] > 2) < 1e-3
+    assert UNIT[32] < np.median(width.max(axis=0)[hit]) < 1e-5
+
+
+def test_a_ray_through_an_edge_within_its_error_is_unsure() -> None:
+    rays = rays_around((0.0, 0.0, 0.0), 1)
+    hits = np.array(EYE) + 3.0 * rays.rd[0]
+    for shift, unsure in ((0.0, True), (1e-7, True), (1e-3, False), (-1e-3, False)):
+        # Two faces whose edge is `shift` off the ray's point: their common part begins and ends there.
+        faces = []
+        for normal in (np.array([0.6, 0.0, 0.8]), np.array([0.6, 0.0, -0.8])):
+            depth = float(normal @ hits + shift - normal @ EYE)
+            faces.append(half_space_ends(VIEW, normal, depth, rays))
+        assert bool(crossings_of_ends(meet(faces)).unsure[0]) == unsure

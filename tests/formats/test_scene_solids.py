@@ -471,14 +471,28 @@ def test_a_moved_light_or_camera_leaves_all_other_lines_of_a_file_with_transform
         assert loads(edited) == turned != scene
 
 
+# A part that is mirrored and painted.
+PART = """\
+[parts.q]
+solid = "~p & box"
+transform = [{ mirror = [1, 0, 0], about = [1, 2, 3] }]
+material = "blue"
+[objects]
+second = "q | p"
+"""
+
+
 def test_two_thousand_mutated_files_with_transforms_and_parts_are_read_or_refused() -> None:
     rng = random.Random(3)
     pieces = ["[", "]", "{", "}", "=", '"', "-", "1e999", "1e-200", "nan", "0", "-1", "a", "p", "~", "|", ",", "\n"]
-    text = HEAD + SHAPES + LINES.replace('"a"', '"a - box | ball"')
+    shapes = "".join(
+        f'[shapes.{kind}]\nmaterial = "red"\n{kind} = {{ {keys} }}\n' for kind, (keys, _) in PRIMITIVES.items()
+    )
+    text = HEAD + shapes + LINES.replace('"a"', f'"a - {" | ".join(PRIMITIVES)}"').replace("[objects]", PART)
     text += (
         "[instances.o]\npositions = [[0, 1, 2], [3, 4, 5]]\nscales = 2\nrotations = [[1, 0, 0, 0], [0.5, 1, 2, -3]]\n"
     )
-    start = text.index("[shapes.box]")
+    start = len(HEAD)
     count = 0
     for _ in range(2000):
         characters = list(text)

@@ -10,6 +10,7 @@ import numpy as np
 
 from raytracer.analysis.numerics.findings import Finding, worst_findings
 from raytracer.analysis.numerics.pixel_errors import measure_pixel_errors, normalize
+from raytracer.analysis.numerics.specimens import KINDS, random_map, specimen
 from raytracer.compiler.roth_bounds import roth_loops
 from raytracer.core.validation import InputError, Vec3
 from raytracer.ground_truth import ray_tracer
@@ -31,6 +32,8 @@ _SEEDS_PER_STRUCTURE = 25
 _ORTHOGRAPHIC = 0.25
 # The most attempts at a scene in which something is visible; some structures are empty.
 _ATTEMPTS = 8
+# The largest condition number of the map of a solid.
+_CONDITION = 1000.0
 # The most loops of a Roth filter that compiles within a second.
 _FEW_LOOPS = 7
 
@@ -41,6 +44,7 @@ def random_scene(seed: int) -> Scene:
     Scale 1e-6 to 1e6; up to 1e6 scene sizes from the origin; radii over six orders of magnitude;
     the camera 1e-3 to 1e6 radii from the surface of one of the spheres, outside or inside;
     fields of view from 1e-4 to 179.9 degrees; exponents 0 to 1e6; colours 1e-6 to 1e6. Some cameras are orthographic.
+    In half of the structures, other solids replace half of the spheres, under maps with condition numbers up to 1e3.
     """
     for attempt in itertools.count():
         try:
@@ -75,6 +79,11 @@ def _random_scene(structure: np.random.Generator, rng: np.random.Generator) -> S
         center = origin + _direction(rng) * (first + radius * rng.choice((-1.0, 1.0))) * apart
         spheres.append(Sphere(tuple(center.tolist()), radius, materials[int(rng.integers(3))]))
     solids: list[Solid] = list(spheres)
+    if structure.random() < 0.5:
+        for i, ball in enumerate(spheres):
+            if structure.random() < 0.5:
+                solid = specimen(KINDS[structure.integers(len(KINDS))], ball.material)
+                solids[i] = solid.transform(random_map(rng, _CONDITION)).scale(ball.radius).translate(ball.center)
     if structure.random() < 0.5:  # a half-space whose face cuts the first ball or is near it
         normal = _direction(rng)
         offset = float(normal @ origin) + first * rng.uniform(-1.2, 1.2)

@@ -9,7 +9,17 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator
 
-from raytracer.analysis.numerics import fuzz, light, rays, solids, views
+from raytracer.analysis.numerics import (
+    bodies,
+    coincidence,
+    fuzz,
+    light,
+    random_solids,
+    rays,
+    solid_shadows,
+    solids,
+    views,
+)
 from raytracer.analysis.numerics.findings import Finding, LedgerRow
 from raytracer.core.progress import Progress
 from raytracer.rendering.renderer import Renderer
@@ -33,6 +43,14 @@ ROWS: tuple[Callable[[Renderer, bool], Iterator[Finding]], ...] = (
     light.shadow_end,
     light.light_on_a_surface,
     light.valid_scenes,
+    random_solids.random_solids,
+    bodies.solids_scale,
+    bodies.solids_distance,
+    bodies.camera_at_solids,
+    bodies.solids_tangents,
+    coincidence.coincident_solids,
+    bodies.slivers,
+    solid_shadows.solids_self_shadow,
 )
 # The work of a row, in random scenes, for the progress bar.
 _ROW = 60

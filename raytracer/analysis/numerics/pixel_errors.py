@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.analysis.numerics.findings import Finding
-from raytracer.analysis.pixel_doubt import find_pixel_doubt
+from raytracer.analysis.pixel_doubt import PixelDoubt, find_pixel_doubt
 from raytracer.formats.image import Image
 from raytracer.ground_truth import ray_tracer
 from raytracer.rendering.renderer import Renderer
@@ -38,6 +38,9 @@ class PixelErrors:
     lit: int  # number of sure pixels with a wrong shadow, or without a shadow that should be there
     unlit: float  # share of sure hit pixels with a doubtful shadow
     wrong_or_doubtful: int  # number of pixels that are wrong in either way, doubtful or not
+    shown: int  # number of pixels that show something
+    dark: int  # number of sure pixels that are falsely dark
+    dark_in_fact: int  # number of pixels that are falsely dark, doubtful or not
     bad: int  # number of values that are not finite (except the background's depth), and of negative radiances
     depth_share: float  # largest error of the depth over its bound
     depth_median: tuple[float, float]  # median error, and median bound, in units in the last place of the depth
@@ -53,13 +56,18 @@ def measure_pixel_errors(renderer: Renderer, scene: Scene, size: tuple[int, int]
     """
     image = renderer.render(scene, size, settings)
     exact = ray_tracer.trace(scene, size, settings)
-    pixel_doubt = find_pixel_doubt(scene, size, settings.precision)
+    return compare_pictures(image, exact, find_pixel_doubt(scene, size, settings.precision))
+
+
+def compare_pictures(image: Image, exact: Image, pixel_doubt: PixelDoubt) -> PixelErrors:
+    """Compare a picture with that of the float64 ray tracer, as measure_pixel_errors()."""
     assert image.depth is not None and image.normal is not None and image.material is not None
     assert exact.depth is not None and exact.normal is not None and exact.material is not None
     sure = ~pixel_doubt.doubtful
     shown = (exact.material >= 0) | (image.material >= 0)
     other = image.material != exact.material
-    dark = (image.radiance == 0.0).all(axis=2) != (exact.radiance == 0.0).all(axis=2)
+    is_black, is_dark = ((picture.radiance == 0.0).all(axis=2) for picture in (image, exact))
+    dark = is_black != is_dark
     hit = sure & shown & ~other
     depth = np.abs(image.depth[hit] - exact.depth[hit])
     ulp, bound = (error / np.spacing(exact.depth[hit].astype(np.float32)) for error in (depth, pixel_doubt.depth[hit]))
@@ -72,6 +80,9 @@ def measure_pixel_errors(renderer: Renderer, scene: Scene, size: tuple[int, int]
         lit=int(np.sum(dark & same_light)),
         unlit=float(np.sum(hit & pixel_doubt.unlit) / max(1, np.sum(hit))),
         wrong_or_doubtful=int(np.sum(other | (shown & dark))),
+        shown=int(np.sum(shown)),
+        dark=int(np.sum(is_black & ~is_dark & same_light)),
+        dark_in_fact=int(np.sum(is_black & ~is_dark & ~other & (exact.material >= 0))),
         bad=count_invalid(image),
         depth_share=_largest(depth, pixel_doubt.depth[hit]),
         depth_median=(float(np.median(ulp)), float(np.median(bound))) if hit.any() else (0.0, 0.0),
@@ -108,6 +119,7 @@ def measure_scene(
     evaluator: Evaluator = "cells",
     doubt: float = 0.01,
     dark: float = 0.05,
+    tangent: float = 0.0,
 ) -> Iterator[Finding]:
     """Measure a scene with all precisions.
 
@@ -118,13 +130,15 @@ def measure_scene(
         scene, size, evaluator: the picture
         doubt: largest share of doubtful pixels with 32 bits; inf: 32 bits do not resolve the scene. Default: 0.01.
         dark: largest share of doubtful shadows with 32 bits; inf: 32 bits do not resolve them. Default: 0.05.
+        tangent: share of pixels whose rays are exactly tangent, in doubt with any precision. Default: 0.
 
-    With 64 bits the bounds are always the defaults.
+    With 64 bits the bounds are the defaults, and `tangent` more for pixels.
     """
     for bits in renderer.device.limits.precisions:
         errors = measure_pixel_errors(renderer, scene, size, Settings(precision=bits, evaluator=evaluator))
         yield Finding(row, at, bits, "wrong pixels", errors.wrong, 0)
-        yield Finding(row, at, bits, "doubtful pixels, of those hit", errors.doubtful, doubt if bits == 32 else 0.01)
+        most = tangent + (doubt if bits == 32 else 0.01)
+        yield Finding(row, at, bits, "doubtful pixels, of those hit", errors.doubtful, most)
         if scene.lights:
             yield Finding(row, at, bits, "wrong shadows", errors.lit, 0)
             yield Finding(row, at, bits, "doubtful shadows, of those hit", errors.unlit, dark if bits == 32 else 0.05)

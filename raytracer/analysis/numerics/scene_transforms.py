@@ -7,31 +7,21 @@ from collections.abc import Callable
 import msgspec
 
 from raytracer.core.validation import Vec3
-from raytracer.core.vectors import add, dot, scale_by
+from raytracer.core.vectors import add, scale_by
 from raytracer.scene.instances import Instances
 from raytracer.scene.scene import Scene
-from raytracer.scene.solids.flattening import with_leaves
-from raytracer.scene.solids.plane import Plane
-from raytracer.scene.solids.solid import Primitive, Solid
-from raytracer.scene.solids.sphere import Sphere
+from raytracer.scene.solids.solid import Solid
 
 
-def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset: Callable[[Plane], float]) -> Scene:
+def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, move: Callable[[Solid], Solid]) -> Scene:
     """Transform all points and lengths of `scene`.
 
     Args:
         scene: the scene
         point: the transform of points, without rotation
         scale: its factor for lengths
-        offset: the transform of a plane's offset
+        move: the transform of solids
     """
-
-    def changed(leaf: Primitive) -> Solid:
-        if isinstance(leaf, Sphere):
-            return msgspec.structs.replace(leaf, center=point(leaf.center), radius=leaf.radius * scale)
-        assert isinstance(leaf, Plane)
-        return msgspec.structs.replace(leaf, offset=offset(leaf))
-
     camera = msgspec.structs.replace(
         scene.camera, position=point(scene.camera.position), look_at=point(scene.camera.look_at)
     )
@@ -44,7 +34,7 @@ def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset
     objects = [
         o.replace(positions=[point(p) for p in o.positions.tolist()], scales=o.scales * scale)
         if isinstance(o, Instances)
-        else with_leaves(o, changed)
+        else move(o)
         for o in scene.objects
     ]
     return msgspec.structs.replace(scene, objects=objects, camera=camera, lights=lights)
@@ -52,14 +42,9 @@ def _transform(scene: Scene, point: Callable[[Vec3], Vec3], scale: float, offset
 
 def enlarge_scene(scene: Scene, by: float) -> Scene:
     """Multiply all lengths of `scene` by a factor, and return the new scene."""
-    return _transform(scene, lambda p: scale_by(p, by), by, lambda plane: plane.offset * by)
+    return _transform(scene, lambda p: scale_by(p, by), by, lambda solid: solid.scale(by))
 
 
 def move_scene(scene: Scene, by: Vec3) -> Scene:
     """Move `scene` as a whole by a vector, and return the new scene."""
-    return _transform(
-        scene,
-        lambda p: add(p, by),
-        1.0,
-        lambda plane: plane.offset + dot(plane.normal, by),
-    )
+    return _transform(scene, lambda p: add(p, by), 1.0, lambda solid: solid.translate(by))

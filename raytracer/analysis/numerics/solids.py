@@ -104,13 +104,13 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
         settings = Settings(evaluator=evaluator, precision=bits)
         for name, (solid, simple) in list(ties.items())[:: 4 if short and evaluator == "roth" else 1]:
             image = renderer.render(_scene(solid), SIZE, settings)
-            wrong = _count_different_pixels(
+            wrong = count_different_pixels(
                 image, renderer.render(_scene(simple), SIZE, settings) if simple is not None else None
             )
             yield Finding(row, f"{name}, {evaluator}", bits, "wrong pixels", wrong, 0)
         twins = _scene(Sphere((0, 0, 0), 1, _RED), Sphere((0, 0, 0), 1, _BLUE))
         alone = renderer.render(_scene(Sphere((0, 0, 0), 1, _RED)), SIZE, settings)
-        wrong = _count_different_pixels(renderer.render(twins, SIZE, settings), alone)
+        wrong = count_different_pixels(renderer.render(twins, SIZE, settings), alone)
         yield Finding(row, f"two objects A, {evaluator}", bits, "wrong pixels", wrong, 0)
     # If only single rays hit both surfaces, pictures are compared with float64.
     touching = {
@@ -136,7 +136,7 @@ def coincident_faces(renderer: Renderer, short: bool) -> Iterator[Finding]:
             yield from measure_scene(renderer, row, f"{name}, {evaluator}, from x = {x:g}", scene, (65, 49), evaluator)
 
 
-def _count_different_pixels(image: Image, expected: Image | None) -> int:
+def count_different_pixels(image: Image, expected: Image | None) -> int:
     """Count the pixels in which any output differs from the expected picture. None: an empty picture is expected."""
     assert image.material is not None and image.depth is not None and image.normal is not None
     if expected is None:

@@ -145,7 +145,11 @@ def _known_spans(renderer: Renderer, kind: Kind, rays: Any, forms: Forms) -> lis
     if kind == "torus":
         parts = [glsl_call.call("torusSpan", p, d, part, device=device) for part in (0, 1)]
         pairs = zip((0, 1), parts, parts[::-1], strict=True)
-        spans = [glsl_call.call("torusEnds", rays, i, 1, one, other, device=device) for i, one, other in pairs]
+        slope = (rays["start"]["n"] * rays["rd"]).sum(axis=1)
+        spans = [
+            glsl_call.call("torusEnds", rays, i, True, False, slope, one, other, device=device)
+            for i, one, other in pairs
+        ]
     elif kind == "cone":
         span = glsl_call.call("coneSpan", p, d, power, device=device)
         spans = [glsl_call.call("coneEnds", rays, p, d, *(w[:, i] for i in range(4)), 1, span, device=device)]
