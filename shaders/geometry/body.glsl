@@ -163,16 +163,19 @@ real3 wallNormal(Wall wall, int kind, real t, bool enters) {
 
 // The roots of the ray's whole line with the body of a header; (INF, -INF) for a miss.
 real2 rootsOf(Ray ray, ivec4 header) {
-    int texel = header.x, kind = header.z;
+    int wall = header.x + 4 * header.y, texel = header.x, kind = header.z;
     real2 span = real2(-INF, INF);
-    for (int i = 0; i < header.y; i++) {
-        real2 own = slabAt(ray, texel).span;
-        span = real2(max(span.x, own.x), min(span.y, own.y));
+    // llvmpipe computes one more round of a loop that tests for the end first.
+    do {
+        if (texel < wall) {
+            real2 own = slabAt(ray, texel).span;
+            span = real2(max(span.x, own.x), min(span.y, own.y));
+        }
         texel += 4;
-    }
+    } while (texel < wall);
 #ifdef HAS_WALLS
     if (kind != 0) {
-        real2 own = wallRoots(ray, wallAt(ray, texel, kind), kind, header.w);
+        real2 own = wallRoots(ray, wallAt(ray, wall, kind), kind, header.w);
         span = real2(max(span.x, own.x), min(span.y, own.y));
     }
 #endif
@@ -209,23 +212,30 @@ struct Face {
 // The face where the ray enters the body (`enters`), or where it leaves it: the first face with that root.
 Face bodyFace(Ray ray, Surface s, bool enters) {
     ivec4 header = ivec4(s.coarse);
-    real2 roots = bodyRoots(ray, s);
-    real t = enters ? roots.x : roots.y;
-    int texel = header.x;
-    for (int i = 0; i < header.y; i++) {
-        SlabRoots slab = slabAt(ray, texel);
-        if ((enters ? slab.span.x : slab.span.y) == t) {
-            bool isHigh = (slab.slope > 0.0) != enters;
-            real4 low = bodyAt(texel + 1);
-            real3 normal = bodyAt(texel).xyz;
-            return Face(Contact(int(isHigh ? low.y : low.z), isHigh ? normal : -normal), true, t);
+    int wall = header.x + 4 * header.y, texel = header.x, slab = header.x;
+    real t = enters ? -INF : INF, slope = 0.0;
+    do {
+        SlabRoots roots = slabAt(ray, texel);
+        real root = enters ? roots.span.x : roots.span.y;
+        if (texel < wall && (enters ? root > t : root < t)) {
+            t = root;
+            slope = roots.slope;
+            slab = texel;
         }
         texel += 4;
-    }
+    } while (texel < wall);
+    bool isHigh = (slope > 0.0) != enters;
+    real3 normal = bodyAt(slab).xyz;
+    real4 low = bodyAt(slab + 1);
+    Face face = Face(Contact(int(isHigh ? low.y : low.z), isHigh ? normal : -normal), true, t);
 #ifdef HAS_WALLS
-    Wall wall = wallAt(ray, texel, header.z);
-    return Face(Contact(wall.surface, wallNormal(wall, header.z, t, enters)), false, t);
-#else
-    return Face(Contact(0, real3(0.0)), false, t);
+    if (header.z != 0) {
+        Wall curved = wallAt(ray, wall, header.z);
+        real2 roots = wallRoots(ray, curved, header.z, header.w);
+        real root = enters ? roots.x : roots.y;
+        if (enters ? root > t : root < t)
+            face = Face(Contact(curved.surface, wallNormal(curved, header.z, root, enters)), false, root);
+    }
 #endif
+    return face;
 }

@@ -152,26 +152,13 @@ def _machine(kind: str, name: str, slots: int) -> list[str]:
 def _meet_list_function(shapes: bool, programs: bool, trees: bool, grids: bool, any_hit: bool) -> list[str]:
     """Generate meetList(): the walk through a candidate list.
 
-    An inner loop searches for the next ball that the ray meets. So pixels that are drawn together search together, and
-    then evaluate their objects together.
+    nextEntry() searches for the next ball that the ray meets. So pixels that are drawn together search together, and
+    then evaluate their objects together. The loop tests for the end last, because llvmpipe computes one more round of a
+    loop that tests for it first.
     """
-    candidate = (
-        "entry < 0 || meets(ray, ballAt(entry), nearest.t)" if programs else "meets(ray, ballAt(entry), nearest.t)"
-    )
-    search = [
-        "        int candidate = NOTHING;",
-        "        while (k < end) {",
-        "            int entry = listAt(k);",
-        "            k++;",
-        f"            if ({candidate}) {{",
-        "                candidate = entry;",
-        "                break;",
-        "            }",
-        "        }",
-        "        if (candidate == NOTHING) break;",
-    ]
-    if not shapes:
-        search = ["        if (k >= end) break;", "        int candidate = listAt(k);", "        k++;"]
+    if not (shapes or programs):  # only half-spaces
+        return ["void meetList(Ray ray, int begin, int end, inout Nearest nearest) {}"]
+    meets = "entry < 0 || meets(ray, ballAt(entry), before)" if programs else "meets(ray, ballAt(entry), before)"
     call = "meet{}(ray, k + 1, k - candidate, listAt(k), nearest);"
     grid = "meetGrid(ray, listAt(k + 1) >> 5, listAt(k), nearest);"
     program = [
@@ -180,26 +167,34 @@ def _meet_list_function(shapes: bool, programs: bool, trees: bool, grids: bool, 
         call.format("Chain"),
         "k -= candidate;",
     ]
-    if not (shapes or programs):  # only half-spaces
-        return ["void meetList(Ray ray, int begin, int end, inout Nearest nearest) {}"]
-    if shapes and programs:
-        body = [
-            "if (candidate >= 0) {",
-            "    meetShape(ray, candidate, nearest);",
-            "} else {",
-            *(f"    {line}" for line in program),
-            "}",
-        ]
-    else:
-        body = ["meetShape(ray, candidate, nearest);"] if shapes else program
+    search = "nextEntry(ray, k, end, nearest.t)"
+    search = f"nearest.mat != 0 ? NOTHING : {search}" if any_hit else search
     return [
-        "void meetList(Ray ray, int begin, int end, inout Nearest nearest) {",
-        "    const int NOTHING = 0x7fffffff;",
-        "    int k = begin;",
-        "    for (;;) {",
-        *(["        if (nearest.mat != 0) break;"] if any_hit else []),
-        *search,
-        *(f"        {line}" for line in body),
+        "const int NOTHING = 0x7fffffff;",
+        "// The next entry of a list that the ray may meet before a distance, from the entry k on.",
+        "int nextEntry(Ray ray, inout int k, int end, real before) {",
+        "    while (k < end) {",
+        "        int entry = listAt(k);",
+        "        k++;",
+        f"        if ({meets if shapes else 'true'}) return entry;",
         "    }",
+        "    return NOTHING;",
+        "}",
+        "void meetList(Ray ray, int begin, int end, inout Nearest nearest) {",
+        "    int k = begin;",
+        f"    int candidate = {search};",
+        "    do {",
+        *(
+            ["        if (candidate >= 0 && candidate != NOTHING) meetShape(ray, candidate, nearest);"]
+            if shapes
+            else []
+        ),
+        *(
+            ["        if (candidate < 0) {", *(f"            {line}" for line in program), "        }"]
+            if programs
+            else []
+        ),
+        f"        candidate = {search};",
+        "    } while (candidate != NOTHING);",
         "}",
     ]
