@@ -99,8 +99,10 @@ def half_space_ends(view: RoundedView, normal: Array, depth: float, rays: Rays) 
     far = (np.abs(below) - below_error) / np.maximum(np.abs(slope) + slope_error, np.finfo(float).tiny)
     inside, outside = below > below_error, below < -below_error
     leaves, count = slope > 0.0, len(slope)
-    first = [np.where(leaves, -np.inf, root) for root in (t, t - error, t + error)]
-    last = [np.where(leaves, root, np.inf) for root in (t, t - error, t + error)]
+    with np.errstate(invalid="ignore"):  # a root without a meaning is not chosen
+        roots = t, t - error, t + error
+    first = [np.where(leaves, -np.inf, root) for root in roots]
+    last = [np.where(leaves, root, np.inf) for root in roots]
     low = np.where(parallel, [np.where(outside, far, -np.inf), np.where(inside, far, -np.inf)], [first[1], last[1]])
     high = np.where(parallel, [np.where(inside, -far, np.inf), np.full(count, np.inf)], [first[2], last[2]])
     begins = np.where(slope == 0.0, np.where(below < 0.0, np.inf, -np.inf), first[0])

@@ -164,7 +164,7 @@ class _Analysis:
         halfway = np.maximum(np.linalg.norm(L - world @ self._R.T, axis=1) / 2.0, np.finfo(float).tiny)
         blinn = np.array([m.model == "blinn" for m in self._materials])[leaf]
         steep = np.where(h == 0.0, 0.0, np.where(h < 1.0, np.inf, np.sqrt(h))) * np.where(blinn, 1.0 / halfway, 2.0)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):
             lobe = np.where(ks > 0.0, ks * (steep * vectors + 4.0 * FEW_ROUNDINGS * UNIT[32]), 0.0)
         return doubt & ~grazes, max(light.color) * (kd * vectors + lobe)
 
