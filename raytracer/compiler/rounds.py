@@ -21,13 +21,13 @@ Ints = NDArray[np.int64]
 
 # The number of rounds of all loops together after which llvmpipe leaves every loop of a shader (cut_short.glsl).
 MAX_ROUNDS = 65535
-# The most rounds for an entry of a candidate list (lists.glsl). An object of a common shape takes one round in the walk
-# through the list, one in the search for it, one for each root of its spheres, and one for the end. A code of a chain
-# takes fewer, except for the few rays that meet more leaves than chain.glsl has room for.
+# The most rounds for an entry of a candidate list (lists.glsl), without those of bodies. An object of a common shape
+# takes one round in the walk through the list, one in the search for it, one for each root of its leaves, and one for
+# the end. A code of a chain takes fewer, except for the few rays that meet more leaves than chain.glsl has room for.
 ENTRY_ROUNDS = 2 + 2 * SHAPE_LEAVES + 1
-# The most rounds for the roots of a part of a torus, and of the other part in addition (torus_wall.glsl): steps of
-# Newton's method with 64 bits.
-_TORUS_ROUNDS = 2 * (5 + 2 * (1 + 16)) + 2
+# The most rounds for the roots of both parts of a torus (torus_wall.glsl): steps of Newton's method with 64 bits, and
+# two rounds for the ends of the ray.
+_TORUS_ROUNDS = 5 + 4 * (1 + 16) + 2
 # The most rounds of the reflectance models with loops, for one light. diffuse_microfacet with 4096 nodes has 40
 # azimuths, four times 5 parts for each azimuth, and 5 nodes in each part. he has three sums of 1,025 terms, and
 # Newton's steps. lafortune has 16 lobes of three channels.

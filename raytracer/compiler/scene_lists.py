@@ -14,7 +14,7 @@ from raytracer.compiler.candidate_lists import CasterLists, Lister
 from raytracer.compiler.direction_cells import CELL, MAX_PAIRS, Lists, check_pairs
 from raytracer.compiler.meshes import cells_under
 from raytracer.compiler.program_rows import check_listed, most_listed
-from raytracer.compiler.rounds import ENTRY_ROUNDS
+from raytracer.compiler.rounds import ENTRY_ROUNDS, body_rounds
 from raytracer.compiler.view_space import View
 from raytracer.core.validation import InputError, Vec3
 from raytracer.scene.lights import PointLight
@@ -47,6 +47,7 @@ class CameraLists(msgspec.Struct, frozen=True, eq=False):
     batches: Batches
     lists: Lists
     longest: int  # number of entries of the longest list
+    body_rounds: int  # the most rounds of loops for the roots of a body, by body_rounds()
     rectangles: NDArray[np.int32]  # (N, 8), by Lister.rectangles()
     farthest: float  # more than the distance to any object in the rectangles
     full_list: NDArray[np.int32]  # the list of all objects
@@ -86,6 +87,7 @@ def make_camera_lists(view: View, batches: Batches, numbers: NDArray[np.float32]
         batches=batches,
         lists=lists,
         longest=lists.longest(),
+        body_rounds=int(body_rounds(view.surfaces).max(initial=0)),
         rectangles=rectangles,
         farthest=farthest,
         full_list=lister.full_list(),
@@ -222,7 +224,8 @@ def _most_rounds(camera: CameraLists, longest_to_light: int, everything: int) ->
     trees = any(not batch.pruner.is_chain for batch in programs)
 
     def rounds(codes: int) -> int:
-        return codes * max(2 * codes if trees else 0, ENTRY_ROUNDS)
+        body = camera.body_rounds
+        return codes * max(2 * codes * (1 + body) if trees else 0, ENTRY_ROUNDS + body)
 
     ray = max(rounds(camera.longest), rounds(everything) if programs else everything)
     return ray, rounds(longest_to_light)
