@@ -146,10 +146,9 @@ def make_frame(
     surfaces = _surfaces(compiled, view, size, previous)
     materials = _materials(compiled, view, limits, previous)
     lists = _lists(compiled, view, surfaces, size, limits, previous)
-    ray, to_light = lists.rounds if lists else (ray_rounds(compiled),) * 2
+    rounds = lists.rounds if lists else (ray_rounds(compiled),) * 2
     lights = _lights(compiled, view, surfaces, previous)
     grids = update_grids(compiled, view, previous.grids if previous else None)
-    in_grids = grids.rounds if grids else 0
     frame = Frame(
         compiled=compiled,
         size=size,
@@ -161,7 +160,7 @@ def make_frame(
         grids=grids,
         cells=_cells(compiled, view, surfaces, lights, lists, size, plane_only, previous),
         uniforms=_uniforms(compiled, view, lists, size),
-        rounds=most_rounds(compiled, ray + in_grids, to_light + in_grids),
+        rounds=most_rounds(compiled, *(ray + (grids.rounds if grids else 0) for ray in rounds)),
     )
     for name, parts in frame.textures.items():
         count = sum(map(len, parts))

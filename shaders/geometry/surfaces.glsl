@@ -1,5 +1,6 @@
 // The scene's primitives, in view space: spheres, bodies and planes.
-// Provides struct Surface, surfaceOf(), headerOf(), isBody(), firstPlane, indexOf(). Bodies are all other primitives (body.glsl).
+// Provides struct Surface, surfaceOf(), headerOf(), isBody(), firstPlane, indexOf(). Bodies are all other primitives
+// (body.glsl).
 //
 // A surface's index counts the spheres first, then the bodies, then the planes. The host defines HAS_SPHERES,
 // HAS_BODIES and HAS_PLANES if there are any, FIRST_PLANE as the index of the first plane, and SURFACES as the number
@@ -12,7 +13,8 @@
 #include "geometry/real.glsl"
 
 struct Surface {
-    // A sphere: center, radius; a body: the same of a ball around it. A plane: unit outward normal, offset: solid where dot(normal, x) <= offset.
+    // A sphere: center, radius; a body: the same of a ball around it. A plane: unit outward normal, offset: solid where
+    // dot(normal, x) <= offset.
     real4 shape;
     // .xyz: for cameraSlope(). .w: for a sphere, the power of the camera's position; for a plane, its object's number.
     // For a body, the header of body.glsl.
