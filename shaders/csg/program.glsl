@@ -3,6 +3,8 @@
 // and for chain.glsl. A code is leaf << 5 | swapped << 4 | negated << 3 | operation; leaf is a surface's index
 // (raytracer/compiler/csg_pruning.py).
 //
+// The host defines PROGRAM_PLANES if any program has a half-space.
+//
 // The generated text has two machines. One computes the distance up to which the tree's value at a distance holds
 // (walk.glsl). The other finds the owner of the surface at a distance. The owner machine's values are before | after <<
 // 1 | mat << 2: whether the ray is inside just before and just after, and the surface as in surfaces.glsl.
@@ -14,7 +16,7 @@ const int PUSH = 0, AND_LEAF = 1, OR_LEAF = 2, AND = 3, OR = 4, GRID = 6;
 
 real2 leafRoots(Ray ray, int index) {
     Surface s = surfaceOf(index);
-#ifdef HAS_PLANES
+#ifdef PROGRAM_PLANES
 #if defined(HAS_SPHERES) || defined(HAS_BODIES)
     if (index >= firstPlane) return planeRoots(ray, s);
 #else
@@ -41,7 +43,7 @@ bool mayMeet(Ray ray, int index, real blur, real end) {
 #else
     bool met = true;
 #endif
-#ifdef HAS_PLANES
+#ifdef PROGRAM_PLANES
     return met || index >= firstPlane;
 #else
     return met;

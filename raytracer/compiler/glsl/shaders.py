@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from raytracer.compiler.bodies import WALLS
 from raytracer.compiler.body_texels import count_texels
 from raytracer.compiler.chain_grids import are_boxes
@@ -226,7 +228,9 @@ def _defines(compiled: CompiledScene) -> dict[str, int | str]:
     defines |= {"ORTHOGRAPHIC": 1} if compiled.scene.camera.projection == "orthographic" else {}
     defines |= {"MANY_ROUNDS": 1} if may_take_many_rounds(compiled) else {}
     if compiled.has_lists:
-        defines |= {"PROGRAMS": 1} if compiled.batches.programs else {}
+        programs = compiled.batches.programs
+        defines |= {"PROGRAMS": 1} if programs else {}
+        defines |= {"PROGRAM_PLANES": 1} if any(np.any(b.surfaces >= surfaces.bounded) for b in programs) else {}
         defines |= {"BOX_GRIDS": 1} if compiled.batches.has_grids and are_boxes(compiled.batches, surfaces) else {}
         return defines | {"LISTS": 1}
     defines |= {"FIRST_PLANE": surfaces.bounded, "SURFACES": surfaces.size}
