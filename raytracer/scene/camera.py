@@ -131,8 +131,8 @@ class Camera(Record, frozen=True, repr_omit_defaults=True):
             raise InputError(f"expected a number above 0, got {across:g}", "aspect")
         across = min(across, 1.0)
         view = check_direction(direction, "direction")
-        # The checks of the other arguments are those of a camera anywhere: around the origin, where no digits of a short
-        # direction are lost.
+        # The checks of the other arguments are those of a camera anywhere: around the origin, where no digits of a
+        # short direction are lost.
         height = 2.0 * ball.radius / across if projection == "orthographic" else None
         camera = Camera(scale_by(view, -1.0), (0.0, 0.0, 0.0), up, vertical_fov, projection, height)
         half = math.atan(across * math.tan(math.radians(camera.vertical_fov) / 2.0))

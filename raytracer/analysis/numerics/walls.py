@@ -57,15 +57,15 @@ def wall_roots(renderer: Renderer, kind: Kind, aim: Aim, count: int) -> Iterator
 def _spans(renderer: Renderer, kind: Kind, some: WallRays) -> list[Array]:
     """Compute the intervals on the GPU, (2, N) each."""
     if kind == "torus":
-        spans = _torus_spans(renderer, some.p, some.d)
+        parts = _torus_spans(renderer, some.p, some.d)
     else:
         name = "coneSpan" if kind == "cone" else "roundSpan"
-        spans = [glsl_call.call(name, some.p, some.d, some.power, device=renderer.device)]
-    spans = [span.astype(float).T for span in spans]
+        parts = [glsl_call.call(name, some.p, some.d, some.power, device=renderer.device)]
+    spans = [part.astype(float).T for part in parts]
     return [np.where(np.abs(t) >= 0.99e30, np.copysign(np.inf, t), t) for t in spans]
 
 
-def _torus_spans(renderer: Renderer, p: Array, d: Array) -> list[Array]:
+def _torus_spans(renderer: Renderer, p: Any, d: Any) -> list[Any]:
     """Compute both intervals of a torus on the GPU, (N, 2) each, one by one as for a ray with no known end."""
     return [
         glsl_call.call("torusRoots", p, d, first, first + 2, device=renderer.device)[:, first : first + 2]
