@@ -11,6 +11,6 @@ Other packages may use:
     tree: list_distinct
     affine: Map
     affine_arrays: compose, apply, cofactors, determinants, map_slabs, map_planes, unit_slabs
-    bounds: Bounds
+    bounds: Bounds, EVERYWHERE
     limits: MAX_LEAVES, MAX_NODES, MAX_SURFACES, ROUNDING
 """
