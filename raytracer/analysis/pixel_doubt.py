@@ -2,10 +2,10 @@
 
 Evaluates the error bounds in `shaders/geometry/` along the rays of a picture. A pixel is doubtful if the bounds allow
 two answers: a ray may hit or miss a sphere or a wall, two roots may come in the other order, a camera or a light may be
-on the other side of a surface. In all other pixels, the visible surface and the lights that
-reach it must be exactly right, and depth and normal within their bounds. The method is first-order forward error
-analysis (Higham, "Accuracy and Stability of Numerical Algorithms", 2002), in view space. It counts one rounding for
-each exact number of the scene, and one for each operation.
+on the other side of a surface. In all other pixels, the visible surface and the lights that reach it must be exactly
+right, and depth and normal within their bounds. The method is first-order forward error analysis (Higham, "Accuracy and
+Stability of Numerical Algorithms", 2002), in view space. It counts one rounding for each exact number of the scene, and
+one for each operation.
 """
 
 from __future__ import annotations

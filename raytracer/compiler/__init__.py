@@ -24,6 +24,6 @@ May import: core, scene. Other packages may use:
 - direction_cells: BLOCK, CELL
 - roth_bounds: roth_loops
 - rounds: MAX_ROUNDS
-- surfaces: make_surfaces; bodies: make_bodies, PlacedShapes, WALLS
+- surfaces: make_surfaces
 - view_space: project_point, pixel_scale, rotation, view_origin
 """

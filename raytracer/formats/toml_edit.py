@@ -71,8 +71,12 @@ def replace_positions(text: str, camera: Mapping[str, Any], lights: Sequence[Vec
 
 
 def add_table(text: str, name: str, values: Mapping[str, Any]) -> str:
-    """Return the text with a table at its end. The values are numbers, texts and vectors."""
+    """Return the text with a table at its end, and with its own kind of line ends.
+
+    The values are numbers, texts and vectors.
+    """
     import tomlkit
 
     table = {key: list(value) if isinstance(value, tuple) else value for key, value in values.items()}
-    return f"{text.rstrip()}\n\n{tomlkit.dumps({name: table})}"
+    end = "\r\n" if "\r\n" in text else "\n"
+    return text.rstrip("\r\n") + f"\n\n{tomlkit.dumps({name: table})}".replace("\n", end)

@@ -131,13 +131,14 @@ class Camera(Record, frozen=True, repr_omit_defaults=True):
             raise InputError(f"expected a number above 0, got {across:g}", "aspect")
         across = min(across, 1.0)
         view = check_direction(direction, "direction")
-        # The checks of the other arguments are those of a camera anywhere.
+        # The checks of the other arguments are those of a camera anywhere: around the origin, where no digits of a
+        # short direction are lost.
         height = 2.0 * ball.radius / across if projection == "orthographic" else None
-        camera = Camera(sub(ball.center, view), ball.center, up, vertical_fov, projection, height)
+        camera = Camera(scale_by(view, -1.0), (0.0, 0.0, 0.0), up, vertical_fov, projection, height)
         half = math.atan(across * math.tan(math.radians(camera.vertical_fov) / 2.0))
         distance = 2.0 * ball.radius if projection == "orthographic" else ball.radius / math.sin(half)
         place = sub(ball.center, scale_by(view, distance / math.hypot(*view)))
-        return camera.replace(position=place)
+        return camera.replace(position=place, look_at=ball.center)
 
     def axes(self) -> tuple[Vec3, Vec3, Vec3]:
         """Return the picture's axes (right, up, forward) as unit vectors in world space.

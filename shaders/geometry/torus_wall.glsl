@@ -1,6 +1,5 @@
 // The intersection of a ray with a torus: up to two intervals, and the normals at their ends.
-// Provides torusRoots(), torusSpan(), torusEnds(), torusGradient(), torusNormal(). All vectors and lengths are in view
-// space.
+// Provides torusRoots(), torusEnds(), torusGradient(), torusNormal(). All vectors and lengths are in view space.
 //
 // The torus has the points with (hypot(l1, l2) - 1)^2 + l3^2 <= l0^2 for a constant l0 < 1. `p` and `d` are the forms
 // of wall.glsl along the ray, so d.x is 0. l1, l2, l3 are the coordinates in the torus's frame in units of the major
@@ -84,7 +83,7 @@ real outerZero(real P, real K) {
 // The root of F between `outside`, where F >= 0, and `inside`, where F <= 0. The first guess is `s`.
 real torusRoot(TorusRay ray, real outside, real inside, real s) {
     // Compilers do not unroll a loop with such a count. An unrolled loop would take all steps for all pixels.
-    for (int left = 1 << ROOT_STEPS; left != 0; left >>= 1) {
+    for (int left = 1 << (ROOT_STEPS - 1); left != 0; left >>= 1) {
         real2 F = torusValue(ray, s);
         if (F.x > 0.0) outside = s; else inside = s;
         real next = s - 0.5 * F.x / F.y;
@@ -147,12 +146,6 @@ real4 torusRoots(real4 p, real4 d, int first, int end) {
     return roots;
 }
 
-// The interval `part` of the ray's whole line; (INF, -INF) if the ray has no such interval.
-real2 torusSpan(real4 p, real4 d, int part) {
-    real4 roots = torusRoots(p, d, 2 * part, 2 * part + 2);
-    return part == 0 ? roots.xy : roots.zw;
-}
-
 // Half the gradient of (hypot(l1, l2) - 1)^2 + l3^2 at l. On the torus, it points outwards.
 real3 torusGradient(real3 l) {
     return real3(l.xy - l.xy / length(l.xy), l.z);
@@ -160,7 +153,7 @@ real3 torusGradient(real3 l) {
 
 // The interval of a ray that starts or ends on the torus, or both. The root nearest to the known point counts as exact:
 // the nearest exit if the ray leaves the torus there, the nearest entry if not. `slope` is that of the outward normal
-// at the start, of any length, `span` the result of torusSpan() for `part`, and `other` that for the other part.
+// at the start, of any length, `span` the result of torusRoots() for `part`, and `other` that for the other part.
 real2 torusEnds(Ray ray, int part, bool starts, bool ends, real slope, real2 span, real2 other) {
     for (int i = 0; i < 2; i++) {
         if (!(i == 0 ? starts : ends)) continue;
@@ -178,7 +171,7 @@ real2 torusEnds(Ray ray, int part, bool starts, bool ends, real slope, real2 spa
     return span;
 }
 
-// The outward unit normal at the root t, by torusSpan(). It comes from the chord, as that of a sphere: one more step
+// The outward unit normal at the root t, by torusRoots(). It comes from the chord, as that of a sphere: one more step
 // of Newton's method takes back the rounding of t, which is in proportion to the distance.
 real3 torusNormal(real4 p, real4 d, real t, real3 w1, real3 w2, real3 w3) {
     TorusRay ray = torusRay(p, d);

@@ -444,6 +444,8 @@ def test_a_file_without_a_camera_frames_its_objects_and_gets_the_camera_that_is_
     moved = turn_camera(lit, 0.3, 0.1)
     edited = edit_positions(text, moved)
     assert edited.count("[camera]") == 1 and loads(edited).camera == moved.camera
+    windows = edit_positions(text.replace("\n", "\r\n"), moved)
+    assert windows == edited.replace("\n", "\r\n"), "the table has the line ends of the file"
 
 
 def test_the_height_of_a_moved_orthographic_camera_is_written() -> None:

@@ -27,6 +27,13 @@ def test_a_framed_sphere_touches_the_planes_through_the_frame(aspect: float, fov
     assert np.sort(gaps)[1] == pytest.approx(0.0, abs=1e-12)
 
 
+def test_a_direction_of_any_length_frames_objects_far_from_the_origin() -> None:
+    for center, length in ((1e6, 1e-11), (1e12 - 99, -1e12)):
+        ball = rt.Sphere((center, 0, 0), 1)
+        camera = rt.Camera.framing(ball, (length, 0, 0))
+        assert camera == rt.Camera.framing(ball, (math.copysign(1.0, length), 0, 0)) and camera.look_at == ball.center
+
+
 def test_an_orthographic_frame_is_as_high_as_the_ball() -> None:
     camera = rt.Camera.framing([BALL, GROUND], projection="orthographic")
     assert camera.height == pytest.approx(4.0) and camera.look_at == BALL.center

@@ -56,11 +56,21 @@ def wall_roots(renderer: Renderer, kind: Kind, aim: Aim, count: int) -> Iterator
 
 def _spans(renderer: Renderer, kind: Kind, some: WallRays) -> list[Array]:
     """Compute the intervals on the GPU, (2, N) each."""
-    name, parts = {"cone": ("coneSpan", [some.power]), "torus": ("torusSpan", [0, 1])}.get(
-        kind, ("roundSpan", [some.power])
-    )
-    spans = [glsl_call.call(name, some.p, some.d, last, device=renderer.device).astype(float).T for last in parts]
+    if kind == "torus":
+        parts = _torus_spans(renderer, some.p, some.d)
+    else:
+        name = "coneSpan" if kind == "cone" else "roundSpan"
+        parts = [glsl_call.call(name, some.p, some.d, some.power, device=renderer.device)]
+    spans = [part.astype(float).T for part in parts]
     return [np.where(np.abs(t) >= 0.99e30, np.copysign(np.inf, t), t) for t in spans]
+
+
+def _torus_spans(renderer: Renderer, p: Any, d: Any) -> list[Any]:
+    """Compute both intervals of a torus on the GPU, (N, 2) each, one by one as for a ray with no known end."""
+    return [
+        glsl_call.call("torusRoots", p, d, first, first + 2, device=renderer.device)[:, first : first + 2]
+        for first in (0, 2)
+    ]
 
 
 def _bounds(kind: Kind, some: WallRays) -> list[Ends]:
@@ -143,7 +153,7 @@ def _known_spans(renderer: Renderer, kind: Kind, rays: Any, forms: Forms) -> lis
     power = p[:, 0] ** 2 - (p[:, 1:] ** 2).sum(axis=1)
     device = renderer.device
     if kind == "torus":
-        parts = [glsl_call.call("torusSpan", p, d, part, device=device) for part in (0, 1)]
+        parts = _torus_spans(renderer, p, d)
         pairs = zip((0, 1), parts, parts[::-1], strict=True)
         slope = (rays["start"]["n"] * rays["rd"]).sum(axis=1)
         spans = [
