@@ -17,7 +17,7 @@ from raytracer.compiler.meshes import Mask, Rectangle
 from raytracer.formats.estimate import Estimate
 from raytracer.rendering import stopping_rule
 from raytracer.rendering.block_measurements import BlockMeasurements
-from raytracer.rendering.estimator import BlockStatistics, empty_statistics, update_statistics
+from raytracer.rendering.estimator import BlockStatistics, P, empty_statistics, update_statistics
 from raytracer.rendering.pixel_blocks import MARGIN, Blocks, surrounding_area
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tile_sums import Counts, TileSums
@@ -138,6 +138,20 @@ class Accumulation:
         """Whether there are enough samples, or one more sample would take longer than `seconds_left`."""
         looking = self._looking_seconds if self._is_look_due(self.samples + 1) else 0.0
         return self._is_enough or self.drawing_seconds + looking > seconds_left
+
+    def expected_samples(self, seconds_left: float = math.inf) -> int:
+        """Predict the number of samples at which the part ends: by its error, by its time, or at the limit.
+
+        The error is expected to fall as samples^-P.
+        """
+        most = self._options.samples
+        expected = self.samples + seconds_left / max(self.drawing_seconds, 1e-9)
+        rmse, max_error = self._rmse(), self._options.max_error
+        if rmse is not None and max_error is not None:
+            # A quotient above `most` needs more than `most` samples, and its power might overflow.
+            excess = min(most, self._correction * rmse / max_error)
+            expected = min(expected, self.samples * excess ** (1.0 / P))
+        return round(min(max(expected, self.samples + 1), most))
 
     def _can_draw_together(self) -> bool:
         """Whether SAMPLES_AT_ONCE samples at once save time, and no decision is due before the last of them."""

@@ -59,8 +59,9 @@ def render(
             RAYTRACER_BACKEND, else "auto".
         device: EGL device: its index, or a part of its name, as `raytracer doctor` lists them. Default: the environment
             variable RAYTRACER_DEVICE, else the first hardware device, else the first device.
-        progress: called as progress(done, total) after each pass. It must neither render, nor wait for a thread that
-            renders, because that thread waits for this picture.
+        progress: called as progress(done, total) after each pass. With `max_error` or `time`, `total` is a prediction,
+            which changes. `progress` must neither render, nor wait for a thread that renders, because that thread waits
+            for this picture.
 
     The image's `estimate` states its error, whether the error is only a lower bound (`uncertain`), and whether
     `max_error` is `reached`. Depth, normal and material are drawn at the first access to one of them. The access waits

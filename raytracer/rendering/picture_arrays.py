@@ -108,7 +108,7 @@ class PictureArrays:
     ) -> None:
         """Draw all samples of a part and read them, early enough to measure their error by the time `until`.
 
-        `progress` gets the number of samples so far, and the limit of samples.
+        `progress` gets the number of samples so far, and the number that the part probably needs.
         """
         while True:
             accumulation.step(self._seconds_left(accumulation, until), together=until == math.inf)
@@ -119,7 +119,7 @@ class PictureArrays:
                 self._replicate_seconds = _RESERVE * replicate.replicate_seconds(renderer, part)
             if accumulation.is_done(self._seconds_left(accumulation, until)):
                 break
-            progress(accumulation.samples, self.options.samples)
+            progress(accumulation.samples, accumulation.expected_samples(until - time.perf_counter()))
         progress(self.options.samples, self.options.samples)
         self.read(accumulation, part)
 
@@ -176,6 +176,6 @@ class PictureArrays:
 
 
 def _report_progress(progress: Progress | None, part: int, parts: int, done: int, most: int) -> None:
-    """Report progress: `done` of at most `most` samples of the part with the index `part`, of `parts` parts."""
+    """Report progress: `done` of about `most` samples of the part with the index `part`, of `parts` parts."""
     if progress:
         progress(part * most + done, parts * most)

@@ -137,6 +137,18 @@ def test_progress_ends_with_its_total(renderer: Renderer) -> None:
 
 
 @pytest.mark.gl
+def test_progress_towards_an_error_predicts_the_number_of_samples(renderer: Renderer) -> None:
+    calls: list[tuple[int, int]] = []
+    settings = Settings(samples=4096, max_error=0.004)
+    image = renderer.render(scenes.assignment(), (64, 36), settings, progress=lambda *at: calls.append(at))
+    assert image.samples is not None
+    most = int(image.samples.max())
+    assert most >= 8
+    # The estimate after half of the samples predicts the end within a factor of 3; the limit would be 4096.
+    assert [total for done, total in calls if done == most // 2 and most / 3 < total < 3 * most]
+
+
+@pytest.mark.gl
 def test_the_command_line_stores_the_setting_and_the_samples_in_the_picture(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
