@@ -78,6 +78,8 @@ class Camera(Record, frozen=True, repr_omit_defaults=True):
         height = self.height
         if projection == "orthographic":
             expected = f"the picture's height, in [{MIN_RADIUS:g}, {MAX_LENGTH:g}], for an orthographic camera"
+            if height is None:
+                raise InputError(f"missing; expected {expected}", "height")
             height = number(height, "height", MIN_RADIUS, MAX_LENGTH, expected)
         elif height is not None:
             expected = 'no height without projection = "orthographic"'
