@@ -134,7 +134,9 @@ class Camera(Record, frozen=True, repr_omit_defaults=True):
         # The checks of the other arguments are those of a camera anywhere.
         is_parallel = projection == "orthographic"
         unit = scale_by(view, 1.0 / math.hypot(*view))
-        camera = Camera(scale_by(unit, -1.0), (0.0, 0.0, 0.0), up, vertical_fov, projection, 1.0 if is_parallel else None)
+        camera = Camera(
+            scale_by(unit, -1.0), (0.0, 0.0, 0.0), up, vertical_fov, projection, 1.0 if is_parallel else None
+        )
         half = math.atan(across * math.tan(math.radians(camera.vertical_fov) / 2.0))
         distance = 2.0 * ball.radius if is_parallel else ball.radius / math.sin(half)
         place = sub(ball.center, scale_by(unit, distance))
