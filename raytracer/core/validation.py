@@ -274,7 +274,8 @@ def direction(value: Any, key: Key | Keys) -> Vec3:
     """Return a vector that defines a direction. Raises InputError, also for a vector shorter than 1e-12."""
     result = vector(value, key, -MAX_LENGTH, MAX_LENGTH, _DIRECTION)
     if math.hypot(*result) < 1.0 / MAX_LENGTH:
-        raise InputError(f"expected a vector that is not 0, got {format_value(value)}", key)
+        least = f" and {1.0 / MAX_LENGTH:g} or more long" if any(result) else ""
+        raise InputError(f"expected a vector that is not 0{least}, got {format_value(value)}", key)
     return result
 
 

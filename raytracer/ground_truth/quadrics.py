@@ -49,12 +49,17 @@ def span(p: Array, d: Array) -> Span:
 
 
 def span_from_surface(p: Array, d: Array) -> Span:
-    """Return the spans of rays whose origins lie on the surface: one of the two distances is exactly 0."""
+    """Return the spans of rays whose origins lie on the surface: one of the two distances is exactly 0.
+
+    A ray that stays inside for ever, in one of its directions, does so from any point of the surface. At the apex of a
+    cone only this is known: b is 0 or a rounding error there.
+    """
     a = d[:, 0] ** 2 - (d[:, 1:] ** 2).sum(axis=1)
     b = p[:, 0] * d[:, 0] - (p[:, 1:] * d[:, 1:]).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         other = -2.0 * b / a
-    enters, leaves = b > 0.0, b < 0.0
+    stays = a > 0.0
+    enters, leaves = np.where(stays, d[:, 0] > 0.0, b > 0.0), np.where(stays, d[:, 0] < 0.0, b < 0.0)
     entry = np.select([enters, leaves], [0.0, np.where(a < 0.0, other, -np.inf)], np.inf)
     exit = np.select([leaves, enters], [0.0, np.where(a < 0.0, other, np.inf)], -np.inf)
     return entry, exit

@@ -133,14 +133,25 @@ class Camera(Record, frozen=True, repr_omit_defaults=True):
             raise InputError(f"expected a number above 0, got {across:g}", "aspect")
         across = min(across, 1.0)
         view = check_direction(direction, "direction")
-        # The checks of the other arguments are those of a camera anywhere: around the origin, where no digits of a
-        # short direction are lost.
-        height = 2.0 * ball.radius / across if projection == "orthographic" else None
-        camera = Camera(scale_by(view, -1.0), (0.0, 0.0, 0.0), up, vertical_fov, projection, height)
+        # The checks of the other arguments are those of a camera anywhere: around the origin, where no digits are lost.
+        is_parallel = projection == "orthographic"
+        unit = scale_by(view, 1.0 / math.hypot(*view))
+        camera = Camera(
+            scale_by(unit, -1.0), (0.0, 0.0, 0.0), up, vertical_fov, projection, 1.0 if is_parallel else None
+        )
         half = math.atan(across * math.tan(math.radians(camera.vertical_fov) / 2.0))
-        distance = 2.0 * ball.radius if projection == "orthographic" else ball.radius / math.sin(half)
-        place = sub(ball.center, scale_by(view, distance / math.hypot(*view)))
-        return camera.replace(position=place, look_at=ball.center)
+        distance = 2.0 * ball.radius if is_parallel else ball.radius / math.sin(half)
+        place = sub(ball.center, scale_by(unit, distance))
+        height = 2.0 * ball.radius / across if is_parallel else None
+        is_far = max(*map(abs, (*place, *ball.center)), height or 0.0) > MAX_LENGTH
+        if is_far or place == ball.center or (height is not None and height < MIN_RADIUS):
+            around = f"a ball of radius {ball.radius:g} around ({', '.join(f'{x:g}' for x in ball.center)})"
+            raise InputError(
+                f"expected objects that a camera within +-{MAX_LENGTH:g} can frame, got objects in {around}: state a "
+                "position and look_at",
+                "scene",
+            )
+        return camera.replace(position=place, look_at=ball.center, height=height)
 
     def axes(self) -> tuple[Vec3, Vec3, Vec3]:
         """Return the picture's axes (right, up, forward) as unit vectors in world space.

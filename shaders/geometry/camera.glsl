@@ -55,7 +55,9 @@ real2 samplePoint() {
 Ray cameraRay() {
     Contact none = Contact(0, real3(0.0));
     real3 origin = real3((halfPixels() + samplePoint()) * pixelScale, 0.0);
-    return Ray(origin, real3(0.0, 0.0, -1.0), false, none, none, INF);
+    // This is 1, but no constant: compilers simplify constants, in one evaluator and not in another.
+    real one = real(min(resolution.x, 1.0));
+    return Ray(origin, real3(0.0, 0.0, -one), false, none, none, INF);
 }
 #else
 // The direction through the sample point, with z = -1.

@@ -36,6 +36,10 @@ vec3 reflectedOf(Light light, int i, Material m, int mat, real3 P, Contact start
     // A light in the plane of the face itself grazes it: N.L counts as 0, whatever its rounded value is.
     bool grazes = isFlat && end.surface == start.surface;
     float NoL = float(dot(N, L));
+#ifdef DOUBLES
+    // The models compute in float32, where N.L of a grazing ray may have the other sign.
+    NoL = min(NoL, dot(vec3(N), vec3(L)));
+#endif
     // A light on P itself, at distance 0, has no direction.
     if (distance == 0.0 || grazes || NoL <= 0.0) return vec3(0.0);
     vec3 I = light.color * reflected(m, vec3(N), vec3(L), V);

@@ -119,6 +119,14 @@ def test_a_ray_along_a_generator_of_a_cone_counts_from_where_it_enters() -> None
     assert -x == pytest.approx(1 - (4 - 2 * entry / math.sqrt(5)) / 2, rel=1e-13)
 
 
+def test_a_camera_at_the_apex_of_a_cone_sees_its_base_from_within() -> None:
+    cone = Cone((0, 0, 0), (0, 2, 0), 1, 0)
+    assert one_span(cone, (0, 2, 0), (0, -1, 0)) == [(0, 2)]
+    assert one_span(cone.rotate((0, 2, 1), 20, (0, 2, 0)), (0, 2, 0), (0, -1, 0)) == [pytest.approx((0, 2), abs=0.1)]
+    assert one_span(cone, (0, 2, 0), (0, 1, 0)) == [(-2, 0)]
+    assert one_span(cone, (0, 2, 0), (1, 0, 0)) == []
+
+
 @pytest.mark.parametrize("distance", [0.0, 4.0, 1e4])
 @pytest.mark.parametrize("name", [*SOLIDS, "sphere"])
 def test_spans_of_a_moved_solid_agree_with_its_definition(name: str, distance: float) -> None:

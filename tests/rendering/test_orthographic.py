@@ -124,6 +124,15 @@ def test_many_objects_look_the_same_with_candidate_lists(renderer: Renderer) -> 
     assert_same(renderer, lists, walk)
 
 
+def test_a_sphere_has_the_same_normals_with_any_evaluator(renderer: Renderer) -> None:
+    scene = looking(rt.Sphere((0.3, 0.2, 0), 1.3, RED) | rt.Sphere((-0.9, 0.7, 0.3), 0.8, BLUE), eye=(1, 2, 3))
+    walk, roth = (
+        renderer.render(scene, SIZE, Settings(evaluator=evaluator))  # pyright: ignore
+        for evaluator in ("walk", "roth")
+    )
+    assert_same(renderer, walk, roth)
+
+
 def test_a_mirror_shows_the_ground_truth(renderer: Renderer) -> None:
     scene = looking(
         rt.Sphere((0, 1, 0), 1, rt.Material("mirror")), rt.Box((1.5, 0, -1), (2.5, 1.2, 1), RED), FLOOR, eye=(1, 2, 3)

@@ -90,3 +90,11 @@ def test_soft_shadows_of_solids_from_a_bulb_are_those_of_the_ground_truth(render
     # The noise of two samples of the ground truth, 0.005. Hard shadows differ by 0.02 there.
     assert penumbra.mean() > 0.05 and np.median(np.abs(difference[penumbra])) < 8e-3
     assert abs(difference[penumbra].mean()) < 1.5e-3 and abs(difference.mean()) < 3e-4
+
+
+def test_light_that_grazes_a_face_is_never_negative_with_64_bits(renderer: Renderer) -> None:
+    # The light is on a corner: it lies in the planes of three faces, up to rounding, and one of them knows it.
+    scene = rt.Scene([rt.Box((-1, -1, -1), (1, 1, 1))], [rt.PointLight((1, 1, 1))], rt.Camera((3, 3, 5), (0, 0, 0)))
+    scene = scene.replace(ambient=(0, 0, 0))
+    image = renderer.render(scene, (64, 40), Settings(samples=1, precision=64, shadows="off"))
+    assert (image.radiance >= 0.0).all()

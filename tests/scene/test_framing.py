@@ -10,6 +10,7 @@ from raytracer.scene.framing import bounding_ball
 
 BALL = rt.Sphere((3, -2, 1), 2)
 GROUND = rt.Plane((0, 1, 0), 0)
+POINT = rt.Box((0, 0, 0), (1, 1, 1)) & rt.Box((1, 1, 1), (2, 2, 2))
 
 
 @pytest.mark.parametrize("aspect", [0.25, 1.0])
@@ -76,6 +77,10 @@ def test_a_scene_without_a_camera_frames_its_objects() -> None:
         (lambda: rt.Camera.framing(GROUND), "scene: expected an object with bounds"),
         (lambda: rt.Camera.framing(BALL, (0, -1, 0)), "up: expected a direction not parallel to the view"),
         (lambda: rt.Camera.framing(BALL, aspect=0), "aspect: expected a number above 0, got 0"),
+        (lambda: rt.Scene([rt.Sphere((0, 9, 0), 1e12)], []), r"camera: .* a ball of radius 1e\+12 .* state a position"),
+        (lambda: rt.Camera.framing(BALL, projection="orthographic", aspect=1e-13), "scene: .* that a camera within"),
+        (lambda: rt.Camera.framing(POINT), "scene: .* a ball of radius 0 around"),
+        (lambda: rt.Camera.framing(POINT, projection="orthographic"), "scene: .* a ball of radius 0 around"),
         (lambda: rt.Camera((0, 0, 1), (0, 0, 0), height=2), "height: expected no height without projection"),
     ],
 )
