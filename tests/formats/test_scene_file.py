@@ -82,7 +82,7 @@ BAD = [
     (
         "look_at = [0, 2, 0]",
         'look_at = [0, 2, 0]\nprojection = "orthographic"',
-        "camera.height: expected the picture's",
+        "camera.height: missing; expected the picture's",
     ),
     (
         "look_at = [0, 2, 0]",
