@@ -283,7 +283,7 @@ def test_an_invalid_scene_file_is_refused_in_one_line(tmp_path: Path, old: str, 
     assert match and errors.count("\n") == 1 and len(errors) < 400
     assert message in errors
     # A missing key, or a table that is wrong as a whole, is reported on the line of the table.
-    if match[1] and not message.startswith(("camera.up", "camera.height: expected the", "objects: ", "shapes.a: ")):
+    if match[1] and not message.startswith(("camera.up", "camera.height: missing", "objects: ", "shapes.a: ")):
         first = GOOD[: GOOD.index(old)].count("\n") + 1
         assert first <= int(match[1]) <= first + new.count("\n")
     assert list(tmp_path.iterdir()) == [path], "nothing written"
