@@ -4,7 +4,7 @@ python -m benchmarks.sponge [LEVEL ...]
 
 A first picture is the user's call in Python in a process of its own: the sponge is built, compiled and rendered at
 1280x720, with hard shadows. The growth compares the times of small pictures with POV-Ray's from level to level: the
-median of our repeated calls, and the time for which POV-Ray traces rays. The frames are those of benchmarks/frames.py.
+median of our repeated calls, and the time for which POV-Ray traces rays. benchmarks/frames.py measures the frames.
 """
 
 from __future__ import annotations

@@ -99,7 +99,7 @@ def update_grids(compiled: CompiledScene, view: View, previous: Grids | None) ->
 
 
 def are_boxes(batches: Batches, surfaces: Surfaces) -> bool:
-    """Return whether all leaves of long chains are boxes, those of one chain with the same three normals.
+    """Return whether all leaves of long chains are boxes, and the boxes of each chain share three normals.
 
     The bodies of one chain are then one after the other in the texture `bodies` (BOX of grid.glsl).
     """
@@ -201,7 +201,7 @@ def _frame(surfaces: Surfaces, index: int) -> Array:
     body, bodies = index - surfaces.spheres, surfaces.bodies
     own = bodies.normals[bodies.starts[body] : bodies.starts[body + 1]]
     axes, _ = np.linalg.qr(np.concatenate([own, np.eye(3)]).T)
-    # Axes that are nearly those of the world are, so that grids of solids without a rotation have no rounding.
+    # Axes that are nearly the world's axes become them, so that grids of solids without a rotation have no rounding.
     return np.where(np.abs(axes.T) < 2.0**-50, 0.0, axes.T)
 
 

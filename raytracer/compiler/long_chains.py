@@ -30,18 +30,18 @@ def is_long_chain(pruner: Pruner, tree: Sequence[Solid]) -> bool:
 
     A hole is a negated and bounded leaf. A union is the complement of a conjunction, whose leaves are holes.
     """
-    if len(tree) < LONG or not pruner.is_chain:
+    leaves = [leaf for leaf in tree if isinstance(leaf, Primitive)]
+    if len(leaves) < LONG or not pruner.is_chain:
         return False
     codes = pruner.whole_program()
-    leaves = [leaf for leaf in tree if isinstance(leaf, Primitive)]
+    places = codes >> LEAF_SHIFT
     is_plane = np.array([isinstance(leaf, Plane) for leaf in leaves])
     negated = ((codes & NEGATED) != 0) != ((codes[-1] & 7) == OR_LEAF)
-    is_hole = negated & ~is_plane[codes >> LEAF_SHIFT]
-    if len(leaves) < LONG or int(np.count_nonzero(~is_hole)) > CORE:
+    is_hole = negated & ~is_plane[places]
+    if int(np.count_nonzero(~is_hole)) > CORE:
         return False
     if len(leaves) >= _MANY:
         return True
-    places = codes >> LEAF_SHIFT
     return _crossed_holes([leaves[k] for k in places[is_hole]], [leaves[k] for k in places[~is_hole]]) >= CROSSED
 
 
@@ -49,7 +49,7 @@ def _crossed_holes(holes: Sequence[Primitive], core: Sequence[Primitive]) -> flo
     """Return about the mean number of holes that a line through a chain crosses, by the boxes around its leaves.
 
     Lines of all directions that cross a convex body are in proportion to its surface (Cauchy). The surface of a ball is
-    pi / 6 of that of its box.
+    pi / 6 of its box's surface.
     """
     around = functools.reduce(Bounds.common, [leaf.bounds() for leaf in core], EVERYWHERE)
     boxes = [hole.bounds() for hole in holes]

@@ -21,9 +21,10 @@ Ints = NDArray[np.int64]
 
 # The number of rounds of all loops together after which llvmpipe leaves every loop of a shader (cut_short.glsl).
 MAX_ROUNDS = 65535
-# The most rounds for an entry of a candidate list (lists.glsl), without those of bodies. An object of a common shape
-# takes one round in the walk through the list, one in the search for it, one for each root of its leaves, and one for
-# the end. A code of a chain takes fewer, except for the few rays that meet more leaves than chain.glsl has room for.
+# The most rounds for an entry of a candidate list (lists.glsl), without the rounds of bodies. An object of a common
+# shape takes one round in the walk through the list, one in the search for it, one for each root of its leaves, and one
+# for the end. A code of a chain takes fewer, except for the few rays that meet more leaves than chain.glsl has room
+# for.
 ENTRY_ROUNDS = 2 + 2 * SHAPE_LEAVES + 1
 # The most rounds for the roots of both parts of a torus (torus_wall.glsl): steps of Newton's method with 64 bits, and
 # two rounds for the ends of the ray.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import msgspec
@@ -16,6 +15,7 @@ from raytracer.scene.lights import PointLight
 from raytracer.scene.scene import Scene
 from raytracer.scene.scene_objects import SceneObjects
 from raytracer.scene.solids.limits import ROUNDING
+from raytracer.scene.solids.plane import is_on_plane
 
 Array = NDArray[np.float64]
 
@@ -120,15 +120,11 @@ def _surface_at_light(surfaces: Surfaces, light: PointLight, near: NDArray[np.in
     # The exact test sums without rounding, which is slow, so only planes near the light are tested.
     off = np.abs(surfaces.normals @ light.position - surfaces.offsets)
     near = np.flatnonzero(off <= _NEAR * np.maximum(np.abs(surfaces.offsets), largest))
-    plane = next((surfaces.bounded + int(p) for p in near if _is_on_plane(surfaces, p, light.position)), None)
-    return plane if plane is not None else _face_at_light(surfaces, light)
-
-
-def _is_on_plane(surfaces: Surfaces, plane: int, point: Vec3) -> bool:
-    """Return whether a point lies on a plane, as Plane.touches()."""
-    offset = float(surfaces.offsets[plane])
-    products = (-n * p for n, p in zip(surfaces.normals[plane].tolist(), point, strict=True))
-    return abs(math.fsum((offset, *products))) <= ROUNDING * max(map(abs, (*point, offset)))
+    for plane in near.tolist():
+        x, y, z = surfaces.normals[plane].tolist()
+        if is_on_plane((x, y, z), float(surfaces.offsets[plane]), light.position):
+            return surfaces.bounded + plane
+    return _face_at_light(surfaces, light)
 
 
 def _face_at_light(surfaces: Surfaces, light: PointLight) -> int | None:

@@ -133,7 +133,7 @@ class Camera(Record, frozen=True, repr_omit_defaults=True):
             raise InputError(f"expected a number above 0, got {across:g}", "aspect")
         across = min(across, 1.0)
         view = check_direction(direction, "direction")
-        # The checks of the other arguments are those of a camera anywhere: around the origin, where no digits are lost.
+        # A camera around the origin, where no digits are lost, checks the other arguments.
         is_parallel = projection == "orthographic"
         unit = scale_by(view, 1.0 / math.hypot(*view))
         camera = Camera(

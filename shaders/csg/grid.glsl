@@ -59,7 +59,7 @@ ivec3 cellAt(GridRay by, real t) {
 #ifdef BOX_GRIDS
 const int BOX = 12;  // the texels of a box: four for each pair of faces (body.glsl)
 
-// Set the terms of a ray with one of the normals. `texel` is that of a pair of faces.
+// Set the terms of a ray with one of the normals. `texel` is the first texel of a pair of faces.
 void setTerms(Ray ray, int texel, out real slope, out real height) {
     real3 normal = bodyAt(texel).xyz;
     slope = dot(normal, ray.rd);

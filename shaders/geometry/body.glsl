@@ -187,7 +187,7 @@ real2 bodyRoots(Ray ray, Surface s) {
 }
 
 #ifdef HAS_TORI
-// The roots of both parts of a torus, .xy and .zw, with the bits of bodyRoots(). `header` is that of part 0.
+// The roots of both parts of a torus, .xy and .zw, with the bits of bodyRoots(). `header` belongs to part 0.
 real4 rootsOfParts(Ray ray, ivec4 header) {
     const real4 NONE = real4(INF, -INF, INF, -INF);
     Wall wall = wallAt(ray, header.x, TORUS_WALL);

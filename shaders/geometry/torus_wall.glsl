@@ -152,8 +152,8 @@ real3 torusGradient(real3 l) {
 }
 
 // The interval of a ray that starts or ends on the torus, or both. The root nearest to the known point counts as exact:
-// the nearest exit if the ray leaves the torus there, the nearest entry if not. `slope` is that of the outward normal
-// at the start, of any length, `span` the result of torusRoots() for `part`, and `other` that for the other part.
+// the nearest exit if the ray leaves the torus there, the nearest entry if not. `slope` is the slope of an outward
+// normal of any length at the start. torusRoots() has computed `span` for `part`, and `other` for the other part.
 real2 torusEnds(Ray ray, int part, bool starts, bool ends, real slope, real2 span, real2 other) {
     for (int i = 0; i < 2; i++) {
         if (!(i == 0 ? starts : ends)) continue;
@@ -171,8 +171,8 @@ real2 torusEnds(Ray ray, int part, bool starts, bool ends, real slope, real2 spa
     return span;
 }
 
-// The outward unit normal at the root t, by torusRoots(). It comes from the chord, as that of a sphere: one more step
-// of Newton's method takes back the rounding of t, which is in proportion to the distance.
+// The outward unit normal at the root t, by torusRoots(). It comes from the chord, as a sphere's normal does: one more
+// step of Newton's method takes back the rounding of t, which is in proportion to the distance.
 real3 torusNormal(real4 p, real4 d, real t, real3 w1, real3 w2, real3 w3) {
     TorusRay ray = torusRay(p, d);
     real s = t * ray.speed - ray.middle;

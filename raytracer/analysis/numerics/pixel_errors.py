@@ -60,7 +60,7 @@ def measure_pixel_errors(renderer: Renderer, scene: Scene, size: tuple[int, int]
 
 
 def compare_pictures(image: Image, exact: Image, pixel_doubt: PixelDoubt) -> PixelErrors:
-    """Compare a picture with that of the float64 ray tracer, as measure_pixel_errors()."""
+    """Compare a picture with the float64 ray tracer's picture, as measure_pixel_errors()."""
     assert image.depth is not None and image.normal is not None and image.material is not None
     assert exact.depth is not None and exact.normal is not None and exact.material is not None
     sure = ~pixel_doubt.doubtful

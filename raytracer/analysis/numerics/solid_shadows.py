@@ -23,7 +23,7 @@ _ROW = "self-shadow of solids"
 # In full, the seeds and the pictures show 1.6 million pairs of a point and a light for each kind and precision.
 _SEEDS, _SIZE, _LIGHTS = 800, (28, 28), 16
 _TORUS_SEEDS, _TORUS_SIZE = 1600, (80, 80)
-# Of so many pictures of a torus, one has its doubtful pixels counted, even if it agrees with the reference.
+# The doubtful pixels of one in so many pictures of a torus are counted, even if it agrees with the reference.
 _SAMPLED = 16
 
 

@@ -27,7 +27,7 @@ _OCTAHEDRON = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -
 
 
 def specimen(kind: str, material: Material = MATTE[0]) -> Solid:
-    """Return a solid of about the size 1 around the origin. All its numbers, and those of its faces, are exact."""
+    """Return a solid of about the size 1 around the origin. All its numbers, and its faces' numbers, are exact."""
     match kind:
         case "box":
             return Box((-0.75, -0.5, -0.625), (0.75, 0.5, 0.625), material)

@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.batches import ShapeBatch
-from raytracer.compiler.bodies import Bodies
 from raytracer.compiler.body_texels import FEW_SLABS, body_size, camera_texels
+from raytracer.compiler.compiled_scene import CompiledScene
 
 
 class Slot(NamedTuple):
@@ -25,15 +24,16 @@ class Slot(NamedTuple):
     part: int | None  # of a torus; 0 for other bodies
 
 
-def body_slots(shapes: Sequence[ShapeBatch], spheres: int, bodies: Bodies) -> list[Slot]:
-    """Return the structure of the bodies of all objects, in their order in an object.
-
-    `spheres` is the number of spheres in the scene, `bodies` has all bodies.
-    """
+def body_slots(compiled: CompiledScene) -> list[Slot]:
+    """Return the structure of the bodies of all objects of common shapes, in their order in an object."""
+    shapes, bodies = compiled.batches.shapes, compiled.surfaces.bodies
+    slabs = np.diff(bodies.starts)
     slots = []
     for j in range(max((batch.bodies for batch in shapes), default=0)):
-        own = np.concatenate([batch.first[:, 1] + j for batch in shapes if batch.bodies > j]) - spheres
-        slots.append(Slot(_common(np.diff(bodies.starts)[own]), _common(bodies.kinds[own]), _common(bodies.parts[own])))
+        own = (
+            np.concatenate([batch.first[:, 1] + j for batch in shapes if batch.bodies > j]) - compiled.surfaces.spheres
+        )
+        slots.append(Slot(_common(slabs[own]), _common(bodies.kinds[own]), _common(bodies.parts[own])))
     return slots
 
 

@@ -43,8 +43,8 @@ def handed_constants(compiled: CompiledScene, varyings: int) -> Handed:
     real, layout, lights = compiled.options.precision // 32, compiled.layout, len(compiled.lights)
     shapes = compiled.batches.shapes if compiled.has_lists else []
     # Orthographic rays read other texels.
-    slots = body_slots(shapes, compiled.surfaces.spheres, compiled.surfaces.bodies)
-    texels = handed_texels(slots) if compiled.scene.camera.projection == "perspective" else {}
+    is_perspective = compiled.scene.camera.projection == "perspective"
+    texels = handed_texels(body_slots(compiled)) if shapes and is_perspective else {}
     wanted = Handed(
         [*_surface_names(compiled)],
         max((shape.spheres for shape in shapes), default=0),

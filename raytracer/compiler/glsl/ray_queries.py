@@ -44,7 +44,7 @@ def shadow_query(compiled: CompiledScene, handed: Handed) -> list[str]:
     if compiled.has_lists:
         return csg_lists.shadow_query_text(
             compiled.batches.shapes,
-            body_slots(compiled.batches.shapes, compiled.surfaces.spheres, compiled.surfaces.bodies),
+            body_slots(compiled),
             bool(compiled.batches.programs),
             compiled.batches.program_depth,
             compiled.batches.has_grids,

@@ -138,7 +138,7 @@ def _visibility_source(compiled: CompiledScene, handed: Handed, *, geometry: boo
 def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -> ProgramSource:
     """Generate the shaders that find the surfaces of objects of common shapes (batches.py)."""
     shapes = compiled.batches.shapes
-    slots = body_slots(shapes, compiled.surfaces.spheres, compiled.surfaces.bodies)
+    slots = body_slots(compiled)
     defines = _defines(compiled)
     spheres = [("Surface", f"sphere{j}", f"surfaceOf(first.x + {j})") for j in range(handed.leaves)]
     texels = handed_texels(slots) if handed.texels else {}
@@ -230,7 +230,7 @@ def _defines(compiled: CompiledScene) -> dict[str, int | str]:
     if compiled.has_lists:
         programs = compiled.batches.programs
         defines |= {"PROGRAMS": 1} if programs else {}
-        defines |= {"PROGRAM_PLANES": 1} if any(np.any(b.surfaces >= surfaces.bounded) for b in programs) else {}
+        defines |= {"PROGRAM_PLANES": 1} if any(np.any(b.surfaces[0] >= surfaces.bounded) for b in programs) else {}
         defines |= {"BOX_GRIDS": 1} if compiled.batches.has_grids and are_boxes(compiled.batches, surfaces) else {}
         return defines | {"LISTS": 1}
     defines |= {"FIRST_PLANE": surfaces.bounded, "SURFACES": surfaces.size}

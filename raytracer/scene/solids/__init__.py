@@ -8,6 +8,7 @@ Other packages may use:
     primitives: the registry of the primitives, each of which its module provides
     kinds: KINDS, the primitives by their keys in scene files
     polyhedron: MAX_POINTS
+    plane: is_on_plane
     tree: list_distinct
     affine: Map
     affine_arrays: compose, apply, cofactors, determinants, map_slabs, map_planes, unit_slabs

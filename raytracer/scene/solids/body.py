@@ -57,7 +57,7 @@ class Body(Primitive, frozen=True):
         raise NotImplementedError
 
     def outermost(self) -> tuple[Vec3, ...]:
-        """Return points that are about as far apart, along any direction, as those of the primitive."""
+        """Return points that are about as far apart, along any direction, as the primitive's points."""
         return self.corners()
 
     def reach(self) -> float:
@@ -120,7 +120,7 @@ class Placed(Body, frozen=True):
         return tuple(affine.apply(self.matrix, corner) for corner in self.shape.corners())
 
     def outermost(self) -> tuple[Vec3, ...]:
-        """Return points that are about as far apart, along any direction, as those of the leaf."""
+        """Return points that are about as far apart, along any direction, as the leaf's points."""
         return tuple(affine.apply(self.matrix, point) for point in self.shape.outermost())
 
     def touches(self, point: Vec3, error: float = 0.0) -> bool:

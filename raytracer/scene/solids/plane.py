@@ -50,13 +50,11 @@ class Plane(Primitive, frozen=True, repr_omit_defaults=True):
 
     def depth(self, point: Vec3) -> float:
         """Return the distance of a point from the boundary, positive inside the half-space and negative outside."""
-        normal, offset = self.unit()
-        return math.fsum((offset, *(-n * p for n, p in zip(normal, check_place(point), strict=True))))
+        return _depth(*self.unit(), check_place(point))
 
     def touches(self, point: Vec3, error: float = 0.0) -> bool:
         """Whether `point` lies on the plane, up to rounding and an `error` of the point."""
-        point = check_place(point)
-        return abs(self.depth(point)) <= ROUNDING * max(map(abs, (*point, self.unit()[1]))) + error
+        return is_on_plane(*self.unit(), check_place(point), error)
 
     def place(self, matrix: Map | None) -> list[Primitive | Union]:
         """Return the half-space under a map, as a Plane."""
@@ -82,3 +80,13 @@ class Plane(Primitive, frozen=True, repr_omit_defaults=True):
         length = dot(normal, direction)
         aside = max(abs(d - length * n) for d, n in zip(direction, normal, strict=True))
         return length * offset if length >= 0.0 and aside == 0.0 else math.inf
+
+
+def is_on_plane(normal: Vec3, offset: float, point: Vec3, error: float = 0.0) -> bool:
+    """Return whether a point lies on the plane of a unit normal, up to rounding and an `error` of the point."""
+    return abs(_depth(normal, offset, point)) <= ROUNDING * max(map(abs, (*point, offset))) + error
+
+
+def _depth(normal: Vec3, offset: float, point: Vec3) -> float:
+    """Return the depth of a point in the half-space of a unit normal. The sum is rounded once."""
+    return math.fsum((offset, *(-n * p for n, p in zip(normal, point, strict=True))))
