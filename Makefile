@@ -8,9 +8,10 @@ TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool
 
 # `make test` runs these tests again on OSMesa: tests of OpenGL itself, and of pictures.
 ON_OSMESA := tests/gpu tests/rendering/test_picture.py
-# `make check` does not run these tests again on OSMesa: they test values of shaders, which do not depend on the backend.
-ONCE := test_pages.py analysis ground_truth scene/test_merl.py compiler/test_soft_cells.py \
-	$(patsubst %,rendering/test_%.py,article brdf brdf_rough estimator mirrors peers soft)
+# `make check` does not run these tests again on OSMesa: they test values of shaders, and lists that the CPU makes, which
+# do not depend on the backend.
+ONCE := test_pages.py analysis compiler core ground_truth scene \
+	$(patsubst %,rendering/test_%.py,article brdf brdf_rough estimator light_scale mirrors peers soft solid_shading walls)
 
 .PHONY: demo test view check extremes bench pictures clean help
 .DELETE_ON_ERROR:
@@ -24,8 +25,8 @@ test: .venv/dev ## run all tests except slow ones on EGL, then some again on OSM
 	$(call run_tests,-m 'not slow',-m 'gl and not slow' $(ON_OSMESA))
 
 # Tests run in one process for each core, up to 4: every process has its own OpenGL context, which has threads for all
-# cores. The tests of one file stay in one process, because they share fixtures.
-PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile
+# cores. The tests of one file stay in one process, because they share fixtures. tests/conftest.py orders the files.
+PYTEST := $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 
 # $(call run_tests,SELECTION ON EGL,SELECTION ON OSMESA)
 define run_tests

@@ -15,12 +15,20 @@ from raytracer.compiler.glsl import preprocessor
 from raytracer.gpu.device import _shared, shared_device
 from raytracer.rendering.renderer import Renderer
 
+# The files whose tests take minutes. They start first: no process is left alone with one of them at the end.
+LONG = "test_window.py", "test_pages.py"
+
 pytest.register_assert_rewrite("tests.pictures")  # a failed assertion of this module then shows its values
 
 
 def pytest_configure() -> None:
     """Let tests that are terminated, for example by a time limit, end the processes that they started."""
     signal.signal(signal.SIGTERM, _end)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the tests of the long files first."""
+    items.sort(key=lambda item: item.path.name not in LONG)
 
 
 def _end(number: int, _frame: object) -> NoReturn:

@@ -139,7 +139,8 @@ def _cone_ends(along: FormsAlong, u: float) -> Ends:
     is_across, is_inwards = A_error < -A, A_error < A
     flat = choose(np.abs(near_b) <= near_b_error, Ends(flat.t, -np.abs(everywhere), np.abs(everywhere)), flat)
     ends = choose(is_across, across, choose(is_inwards, inwards, flat))
-    unknown = line.speed <= np.linalg.norm(along.d_error, axis=1)
+    # From a point within rounding of the apex, a quotient may be 0 / 0, which is NaN.
+    unknown = (line.speed <= np.linalg.norm(along.d_error, axis=1)) | np.isnan([*ends.low, *ends.high]).any(axis=0)
     return scaled(choose(unknown, Ends(ends.t, -np.abs(everywhere), np.abs(everywhere)), ends), line, u)
 
 

@@ -6,9 +6,10 @@ import numpy as np
 
 import raytracer as rt
 from raytracer.analysis.face_bounds import crossings_of_ends, half_space_ends, meet
+from raytracer.analysis.pixel_doubt import find_pixel_doubt
 from raytracer.analysis.rounding_bounds import UNIT, Rays, RoundedView
 from raytracer.analysis.surface_bounds import SurfaceBounds
-from raytracer.ground_truth.ray_tracer import Tracer
+from raytracer.ground_truth.ray_tracer import Tracer, trace
 
 EYE = (0.3, -0.2, 4.0)
 VIEW = RoundedView(np.eye(3), EYE, 3000, UNIT[32])
@@ -60,3 +61,13 @@ def test_a_ray_through_an_edge_within_its_error_is_unsure() -> None:
             depth = float(normal @ hits + shift - normal @ EYE)
             faces.append(half_space_ends(VIEW, normal, depth, rays))
         assert bool(crossings_of_ends(meet(faces)).unsure[0]) == unsure
+
+
+def test_a_camera_within_rounding_of_the_apex_of_a_cone_makes_all_that_the_cone_may_cover_doubtful() -> None:
+    cone = rt.Cone((0, -1, 0), (0, 1, 0), 1, 0).rotate((1, 2, 3), 40, about=(0, 1, 0))
+    scene = rt.Scene([cone], [], rt.Camera((0, 1, 0), (0.5, 1, 0.2), vertical_fov=120))
+    resolved = find_pixel_doubt(scene, (32, 20))
+    truth = trace(scene, (32, 20), rt.Settings())
+    assert truth.material is not None
+    assert (truth.material >= 0).any()
+    assert resolved.doubtful[truth.material >= 0].all()
