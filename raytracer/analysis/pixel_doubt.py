@@ -166,7 +166,8 @@ class _Analysis:
         steep = np.where(h == 0.0, 0.0, np.where(h < 1.0, np.inf, np.sqrt(h))) * np.where(blinn, 1.0 / halfway, 2.0)
         with np.errstate(invalid="ignore", over="ignore"):
             lobe = np.where(ks > 0.0, ks * (steep * vectors + 4.0 * FEW_ROUNDINGS * UNIT[32]), 0.0)
-        return doubt & ~grazes, max(light.color) * (kd * vectors + lobe)
+            error = max(light.color) * (kd * vectors + lobe)
+        return doubt & ~grazes, error
 
 
 def _error_of_root(surfaces: list[Crossings], t: Array) -> Array:
