@@ -8,9 +8,10 @@ TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool
 
 # `make test` runs these tests again on OSMesa: tests of OpenGL itself, and of pictures.
 ON_OSMESA := tests/gpu tests/rendering/test_picture.py
-# `make check` does not run these tests again on OSMesa: they test values of shaders, and lists that the CPU makes, which
+# `make check` does not run these tests again on OSMesa: they test values of shaders, and lists that the CPU makes. Both
 # do not depend on the backend.
-ONCE := test_pages.py analysis compiler core ground_truth scene \
+ONCE := test_pages.py analysis ground_truth scene/test_merl.py \
+	$(patsubst %,compiler/test_%.py,bright_features candidate_lists chain_grids culling soft_cells) \
 	$(patsubst %,rendering/test_%.py,article brdf brdf_rough estimator light_scale mirrors peers soft solid_shading walls)
 
 .PHONY: demo test view check extremes bench pictures clean help

@@ -17,6 +17,7 @@ from raytracer.analysis.wall_bounds import (
     scaled,
     square_root_error,
     unit_directions,
+    unknown_ends,
 )
 from raytracer.ground_truth.microfacets import dot
 
@@ -137,11 +138,10 @@ def _cone_ends(along: FormsAlong, u: float) -> Ends:
         ),
     )
     is_across, is_inwards = A_error < -A, A_error < A
-    flat = choose(np.abs(near_b) <= near_b_error, Ends(flat.t, -np.abs(everywhere), np.abs(everywhere)), flat)
+    flat = choose(np.abs(near_b) <= near_b_error, unknown_ends(flat.t), flat)
     ends = choose(is_across, across, choose(is_inwards, inwards, flat))
-    # From a point within rounding of the apex, a quotient may be 0 / 0, which is NaN.
-    unknown = (line.speed <= np.linalg.norm(along.d_error, axis=1)) | np.isnan([*ends.low, *ends.high]).any(axis=0)
-    return scaled(choose(unknown, Ends(ends.t, -np.abs(everywhere), np.abs(everywhere)), ends), line, u)
+    unknown = line.speed <= np.linalg.norm(along.d_error, axis=1)
+    return scaled(choose(unknown, unknown_ends(ends.t), ends), line, u)
 
 
 def _cone_roots(A: Bounded, b: Bounded, c: Bounded, r: Bounded, u: float) -> Bounded:

@@ -54,6 +54,11 @@ def empty_ends(count: int) -> Ends:
     return Ends(t, t, t)
 
 
+def unknown_ends(t: Array) -> Ends:
+    """Return the intervals of rays whose ends, rounded to t (2, R), may be anywhere."""
+    return Ends(t, np.full_like(t, -np.inf), np.full_like(t, np.inf))
+
+
 def forms_along(view: RoundedView, forms: Forms, rays: Rays) -> FormsAlong:
     """Compute forms along rays, with the errors that the compiler and the shader make."""
     u = view.u
@@ -184,7 +189,13 @@ def _round_ends(along: FormsAlong, u: float) -> Ends:
 
 
 def scaled(ends: Ends, line: UnitLine, u: float) -> Ends:
-    """Return the ends s / |d|, with the error of the division and of |d|."""
+    """Return the ends s / |d|, with the error of the division and of |d|.
+
+    A ray gets unknown ends if one of them is NaN, from a quotient such as 0 / 0: with NaN, its interval would count as
+    empty.
+    """
+    has_nan = np.any(np.isnan([*ends.low, *ends.high]), axis=0)
+    ends = choose(has_nan, unknown_ends(ends.t), ends)
     t, low, high = (s / line.speed for s in ends)
     more = line.scale + 2.0 * u
     low, high = low - np.abs(low) * more, high + np.abs(high) * more
