@@ -1,0 +1,6 @@
+"""Many pictures: frames of a movie, values of a sweep, and bands of a large picture, here or on a farm of workers.
+
+May import: all packages except app. Other packages may use
+
+    tasks: Done, Failed, Run, run_here
+"""
