@@ -12,11 +12,11 @@ class Done(NamedTuple):
     """The result of one job.
 
     Attributes:
-        index: the job's index.
+        job: the index of the job.
         value: the value that the function returned.
     """
 
-    index: int
+    job: int
     value: Any
 
 
@@ -24,11 +24,11 @@ class Failed(NamedTuple):
     """The failure of one job, which leaves all other jobs alone.
 
     Attributes:
-        index: the job's index.
+        job: the index of the job.
         reason: the reason in one line: the message of an InputError, or the deaths of three workers.
     """
 
-    index: int
+    job: int
     reason: str
 
 
