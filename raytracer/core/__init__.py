@@ -8,7 +8,7 @@ building a scene and reporting a wrong value need no NumPy. Other packages may u
         color, direction, items, check_choice, check_flag, check_keys, check_path, check_size, check_text; is_number,
         set_fields
     suggest: did_you_mean, did_you_mean_file, known_names, install_command, missing_extra (remedies in error messages)
-    shown: format_value, escape_unprintable, shorten (values as text in an error message)
+    shown: format_value, format_keys, escape_unprintable, shorten (values as text in an error message)
     record: Record (base class of frozen structs with `replace`), public
     vectors: add, sub, dot, cross, scale_by, divide_by
     arrays: number_array, float_array
