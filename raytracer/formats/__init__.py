@@ -7,6 +7,7 @@ possible, the key and the line. The package imports only core and scene. Other p
         SceneDocument (a file that was read once for several uses); read_text, companion_paths, edit_positions,
         examples
     scene_paths: parse_path, replace_values (values in the tables of a scene file, by paths)
+    animated_scene: animation, AnimatedScene (as rt.*), open_animation
     settings_section: SettingsSection, DEFAULT_SIZE, section_text
     companion_files: copy_files
     material_library: published, MaterialLibrary, collections, read_collection

@@ -19,6 +19,7 @@ from raytracer.core.record import public
 from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError, check_path
 from raytracer.formats import instance_files, measured_files
+from raytracer.formats.animation_section import parse_animation
 from raytracer.formats.companion_files import is_plain_name
 from raytracer.formats.scene_paths import replace_values
 from raytracer.formats.scene_sections import BuiltScene, build_scene, camera_values, rebuild_scene
@@ -28,6 +29,7 @@ from raytracer.formats.toml_tables import SCENE_KEYS, check_table
 from raytracer.formats.toml_text import parse_toml
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
+from raytracer.scene.tracks import Animation
 
 MAX_BYTES = 4 * 1024 * 1024
 # The suffixes of companion files.
@@ -59,6 +61,7 @@ class SceneDocument(NamedTuple):
         text: the text of the file.
         scene: the scene.
         section: the settings.
+        animation: the frames in the text, or None if the text describes a single picture.
         built: the construction of the scene in the text, from which change() goes on. None for a document without one.
     """
 
@@ -66,6 +69,7 @@ class SceneDocument(NamedTuple):
     text: str
     scene: Scene
     section: SettingsSection
+    animation: Animation | None = None
     built: BuiltScene | None = None
 
     def change(self, values: Mapping[str, Any]) -> SceneDocument:
@@ -150,7 +154,7 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
 
 def loads(text: str, name: str = "scene") -> Scene:
     """Return the scene in a TOML text, without companion files. Warns and raises as `load`, without a file name."""
-    built, _ = _parse(_remove_mark(text), name, None)
+    built = _parse(_remove_mark(text), name, None)[0]
     if built.warning:
         warnings.warn(built.warning, stacklevel=2)
     return built.scene
@@ -193,10 +197,10 @@ def read_text(path: Path) -> str:
 def parse_document(path: Path, text: str, *, stacklevel: int = 2) -> SceneDocument:
     """Parse the text of the scene file `path`. Warns and raises as `load`; messages name file and line."""
     with _locate_errors(path, text):
-        built, section = _parse(text, path.stem.encode(errors="replace").decode(), path.parent)
+        built, section, animation = _parse(text, path.stem.encode(errors="replace").decode(), path.parent)
     if built.warning:
         warnings.warn(f"{path}: {built.warning}", stacklevel=stacklevel)
-    return SceneDocument(path, text, built.scene, section, built)
+    return SceneDocument(path, text, built.scene, section, animation, built)
 
 
 def companion_paths(path: Path, text: str) -> list[Path]:
@@ -259,11 +263,13 @@ def _remove_mark(text: str) -> str:
     return text.removeprefix("\ufeff")
 
 
-def _parse(text: str, name: str, folder: Path | None) -> tuple[BuiltScene, SettingsSection]:
-    """Return the scene and the settings in a text.
+def _parse(text: str, name: str, folder: Path | None) -> tuple[BuiltScene, SettingsSection, Animation | None]:
+    """Return the scene, the settings and the animation in a text.
 
     `folder` contains the companion files. None: the text must not name any.
     """
     with pause_collector():
-        tables = check_table(parse_toml(text), SCENE_KEYS, _NEEDED)
-        return build_scene(tables, name, folder), parse_section(tables.get("settings", {}))
+        tables = check_table(parse_toml(text), (*SCENE_KEYS, "animation"), _NEEDED)
+        built = build_scene(tables, name, folder)
+        animation = parse_animation(tables["animation"], tables) if "animation" in tables else None
+        return built, parse_section(tables.get("settings", {})), animation

@@ -9,6 +9,7 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
     instances: Instances
     lights: PointLight, FALLOFFS
     camera: Camera
+    tracks: Animation, Track, TrackValue, Interpolation, go_round (values that change from frame to frame)
     materials: a subpackage with its own list
     settings: Settings
     options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision,
