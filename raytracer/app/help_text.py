@@ -38,6 +38,7 @@ HELP = {
             "assignment -o assignment.png",
             "assignment -o soft.png --shadows soft --samples 64",
             "assignment -o exact.npz --size 320x180 --max-error 0.002",
+            "assignment -o cut.exr --size 320x180 --samples 16 --transparent",
         ),
         "docs/command-line.md",
         "Options override the [settings] of the scene file. The stated error is an estimate, or a lower bound if the "

@@ -70,7 +70,7 @@ def test_over_the_background_a_transparent_picture_is_the_opaque_one(
     opaque, transparent = renderings(renderer, ball_and_floor(), **settings)
     assert opaque.alpha is None and transparent.alpha is not None
     assert 0 < np.count_nonzero(transparent.alpha == 0) < transparent.alpha.size // 2  # empty cells, too
-    over = transparent.radiance + (1 - transparent.alpha[..., None]) * np.float32(BACKGROUND)
+    over = transparent.radiance + (1 - transparent.alpha[..., None]) * np.array(BACKGROUND, np.float32)
     np.testing.assert_allclose(over, opaque.radiance, rtol=3e-6, atol=1e-6)
 
 
@@ -81,7 +81,7 @@ def test_pictures_of_lists_and_of_many_tiles_are_transparent_in_the_same_way(ren
     opaque = renderer.render(crowd(), SIZE, settings)
     transparent = renderer.render(crowd(), SIZE, settings, transparent=True, tile=tile)
     assert transparent.alpha is not None
-    over = transparent.radiance + (1 - transparent.alpha[..., None]) * np.float32(BACKGROUND)
+    over = transparent.radiance + (1 - transparent.alpha[..., None]) * np.array(BACKGROUND, np.float32)
     np.testing.assert_allclose(over, opaque.radiance, rtol=3e-6, atol=1e-6)
 
 
