@@ -52,7 +52,7 @@ def cache_name(scene: rt.Scene, **settings: Any) -> str:
 
 
 def make_test_job(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 16, **settings: Any) -> Job:
-    return make_job(scene, size, Settings(**settings), samples, TOLERANCE)
+    return make_job(scene, size, Settings(**settings), samples, TOLERANCE, transparent=False)
 
 
 def test_a_cached_picture_is_not_traced_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,6 +81,16 @@ def test_a_cached_picture_is_not_traced_again(folder: Path, monkeypatch: pytest.
     file.write_bytes(b"")
     trace_converged(scene, SIZE, samples=16, cache=False)
     assert file.read_bytes() == b"", "neither read nor written"
+
+
+def test_a_transparent_picture_has_a_file_of_its_own_with_alpha(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opaque = trace_converged(edge(), SIZE, samples=16)
+    first = trace_converged(edge(), SIZE, samples=16, transparent=True)
+    assert len([*folder.iterdir()]) == 2 and opaque.alpha is None and first.alpha is not None
+    over = first.radiance + (1 - first.alpha[..., None]) * edge().background
+    np.testing.assert_allclose(over, opaque.radiance, atol=1e-12)
+    monkeypatch.setattr(module, "_trace", None)
+    np.testing.assert_array_equal(trace_converged(edge(), SIZE, samples=16, transparent=True).alpha, first.alpha)
 
 
 def test_the_least_recently_used_files_are_deleted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

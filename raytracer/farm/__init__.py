@@ -1,0 +1,9 @@
+"""Many pictures: frames of a movie, values of a sweep, and bands of a large picture, here or on a farm of workers.
+
+May import: all packages except app. Other packages may use
+
+    tasks: Done, Failed, Run, run_here
+    frame_jobs: FrameJob, DrawnFrame, draw_frame (one picture, in any process)
+    frame_store: FrameStore (the files of frames, and which are current)
+    frames: FrameResult, make_frames (all frames of a movie)
+"""
