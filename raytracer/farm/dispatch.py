@@ -78,8 +78,11 @@ class Dispatch:
             try:
                 while True:
                     self._assign(packed, fetchers)
-                    if not self._flights and not self._again and self._roster.accepted:
-                        return
+                    if not self._flights and not self._again:
+                        job = next(packed, None)  # there is no worker for it, or no job
+                        if job is None:
+                            return
+                        self._again.append(job)
                     yield from self._outcomes()
                     self._check_connection()
                     self._roster.refresh()
