@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import signal
 import threading
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING, Any
 
 from raytracer.core.suggest import missing_extra
@@ -95,6 +95,8 @@ def open_cluster(
         "distributed.comm.timeouts.connect": _CONNECT,
         "distributed.nanny.pre-spawn-environ": {},  # these variables would stay in this process
         "distributed.worker.profile.enabled": False,
+        "distributed.scheduler.http.routes": [],  # Dask listens for HTTP in any case, but serves no page
+        "distributed.worker.http.routes": [],
     }
     with ExitStack() as stack:
         stack.enter_context(quiet_logs())
@@ -123,7 +125,7 @@ def _local_client(count: int, variables: Mapping[str, str]) -> Iterator[Client]:
                 threads_per_worker=1,
                 processes=True,
                 memory_limit=0,  # a worker beyond its limit would pause for ever; the compiled shaders of one take 1 GB
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
                 silence_logs=SILENT,
                 env=environment,
             )
@@ -172,6 +174,7 @@ def _block_interrupts() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
+    resource_tracker.ensure_running()  # its start, which comes with the first process, would unblock the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
 import time
 import warnings
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from raytracer.farm.remote import Identity, identify, own_code
 
@@ -20,6 +21,18 @@ _INTERVAL = 0.5
 _ANSWERS = 10.0
 # Seconds between two looks while the farm opens.
 _PAUSE = 0.05
+
+
+class _Question:
+    """An object whose pickle, when it is loaded, calls identify()."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return identify, ()
+
+
+# A task with a function of this project would end a worker that lacks the project: Dask cannot read the message. A task
+# with a function of Python itself, which reads the pickle of a function of this project, is an ordinary error there.
+_QUESTION = pickle.dumps(_Question())
 
 
 class FarmError(RuntimeError):
@@ -97,7 +110,7 @@ class Roster:
             for address in known.keys() - present:
                 del known[address]
         for address in present - self.accepted.keys() - self.refused.keys() - self._questions.keys():
-            self._questions[address] = self._client.submit(identify, workers=[address], pure=False)
+            self._questions[address] = self._client.submit(pickle.loads, _QUESTION, workers=[address], pure=False)
 
     def _collect(self) -> dict[str, Identity]:
         """Return the answers that came, and refuse the workers that cannot answer."""

@@ -12,9 +12,10 @@ from raytracer.farm.roster import FarmError
 
 # Seconds for a scheduler to accept a connection and to send its first bytes, which takes milliseconds in a network.
 _SECONDS = 5.0
-# A Dask server begins with the number of frames of its first message and their lengths, as 64-bit integers.
+# A Dask server begins with the length of its first message and its number of frames, as 64-bit integers.
 _HEAD = 16
-# The most frames of a server's first message. Dask sends 2.
+# The most bytes and frames of a server's first message. Dask sends 58 bytes in 1 frame.
+_MOST_BYTES = 4096
 _MOST_FRAMES = 16
 _FORM = re.compile(r"(tcp|tls)://(\[[0-9A-Fa-f:.]+\]|[^\s/:@\[\]]+):([0-9]{1,5})")
 
@@ -44,5 +45,6 @@ def check_server(address: str) -> None:
     except (OSError, UnicodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FarmError(f"no scheduler at {address}: {reason}; start one with `dask scheduler`") from None
-    if len(head) < _HEAD or not 1 <= int.from_bytes(head[:8], "little") <= _MOST_FRAMES:
+    size, frames = int.from_bytes(head[:8], "little"), int.from_bytes(head[8:], "little")
+    if len(head) < _HEAD or not (1 <= size <= _MOST_BYTES and 1 <= frames <= _MOST_FRAMES):
         raise FarmError(f"the server at {address} is no Dask scheduler of this scheme")
