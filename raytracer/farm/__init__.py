@@ -3,4 +3,7 @@
 May import: all packages except app. Other packages may use
 
     tasks: Done, Failed, Run, run_here
+    cluster: open_cluster, Cluster, MAX_WORKERS
+    roster: FarmError
+    scheduler_address: check_address
 """

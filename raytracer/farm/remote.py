@@ -22,11 +22,13 @@ class Identity(NamedTuple):
 
     Attributes:
         code: the version of this project, with a hash of its Python files and shaders.
-        driver: the names of the OpenGL driver, as GL_RENDERER and GL_VERSION.
+        driver: the name of the OpenGL driver, GL_RENDERER.
+        opengl: the version of the driver, GL_VERSION.
     """
 
     code: str
     driver: str
+    opengl: str
 
 
 class Answer(NamedTuple):
@@ -64,8 +66,8 @@ def identify() -> Identity:
     """Open this process's OpenGL device, and return the identity. Raises ContextError if no context opens."""
     from raytracer.gpu.device import shared_device
 
-    info = shared_device().context.info
-    return Identity(own_code(), f"{info['GL_RENDERER']}, {info['GL_VERSION']}")
+    device = shared_device()
+    return Identity(own_code(), device.limits.driver, device.context.info["GL_VERSION"])
 
 
 def call(payload: bytes, code: str | None) -> Answer:

@@ -49,7 +49,7 @@ class Roster:
 
     def __init__(self, client: Client, mixed: bool) -> None:
         self._client, self._mixed = client, mixed
-        self._driver: str | None = None
+        self._driver: tuple[str, str] | None = None
         self._questions: dict[str, Future] = {}
         self._next_look = 0.0
         self.accepted: dict[str, Identity] = {}
@@ -71,7 +71,7 @@ class Roster:
             if is_complete or (answers and now - first > _ANSWERS) or now - start > seconds:
                 break
             time.sleep(_PAUSE)
-        matching = Counter(identity.driver for identity in answers.values() if self._is_current(identity))
+        matching = Counter(_driver(identity) for identity in answers.values() if self._is_current(identity))
         if matching:
             self._driver = matching.most_common(1)[0][0]
         for address, identity in answers.items():
@@ -138,12 +138,17 @@ class Roster:
         if not self._is_current(identity):
             self.refuse(address, other_code(identity.code))
             return
-        self._driver = self._driver or identity.driver
-        if identity.driver == self._driver or self._mixed:
+        self._driver = self._driver or _driver(identity)
+        if _driver(identity) == self._driver or self._mixed:
             self.accepted[address] = identity
         else:
-            reason = f"it has the driver {identity.driver}, the others have {self._driver}; --mixed accepts it"
+            own, others = ", ".join(_driver(identity)), ", ".join(self._driver)
+            reason = f"it has the driver {own}, the others have {others}; accept it by --mixed"
             self.refuse(address, reason)
+
+
+def _driver(identity: Identity) -> tuple[str, str]:
+    return identity.driver, identity.opengl
 
 
 def other_code(code: str) -> str:

@@ -20,12 +20,14 @@ _MOST_FRAMES = 16
 _FORM = re.compile(r"(tcp|tls)://(\[[0-9A-Fa-f:.]+\]|[^\s/:@\[\]]+):([0-9]{1,5})")
 
 
-def check_address(value: Any) -> str:
+def check_address(value: Any, key: str = "scheduler") -> str:
     """Return the address of a scheduler, such as "tcp://10.0.0.1:8786" or "tls://host:8786". Raises InputError."""
     match = _FORM.fullmatch(value) if isinstance(value, str) else None
     if not match or not 1 <= int(match[3]) <= 65535:
         expected = "tcp://HOST:PORT or tls://HOST:PORT"
-        raise InputError(f"expected {expected}, the address that `dask scheduler` prints, got {format_value(value)}")
+        raise InputError(
+            f"expected {expected}, the address that `dask scheduler` prints, got {format_value(value)}", key
+        )
     return match[0]
 
 
