@@ -35,8 +35,8 @@ def add_farm_options(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         type=parse_integer,
         default=None,
-        help="draw in N processes on this machine, which share its cores. More than 1 needs the extra farm. Default: 1, "
-        f"this process. Range: 1-{MAX_WORKERS}.",
+        help="draw in N processes on this machine, which share its cores. More than 1 needs the extra farm. "
+        f"Default: 1, this process. Range: 1-{MAX_WORKERS}.",
     )
     parser.add_argument(
         "--scheduler",

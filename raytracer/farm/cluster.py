@@ -85,13 +85,13 @@ def open_cluster(
     count = 1 if workers is None else integer(workers, "workers", 1, MAX_WORKERS)
     address = None if scheduler is None else check_address(scheduler)
     try:
-        import dask
         import distributed  # noqa: F401
+        from dask import config as dask_config
     except ModuleNotFoundError:
         raise InputError(missing_extra("a farm needs", "distributed", "farm")) from None
     if address:
         check_server(address)
-    config: dict[str, Any] = {
+    settings: dict[str, Any] = {
         "distributed.comm.timeouts.connect": _CONNECT,
         "distributed.nanny.pre-spawn-environ": {},  # these variables would stay in this process
         "distributed.worker.profile.enabled": False,
@@ -100,7 +100,7 @@ def open_cluster(
     }
     with ExitStack() as stack:
         stack.enter_context(quiet_logs())
-        stack.enter_context(dask.config.set(config))
+        stack.enter_context(dask_config.set(settings))
         if address is None:
             client = stack.enter_context(_local_client(count, variables or {}))
         else:

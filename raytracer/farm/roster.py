@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 from raytracer.farm.remote import Identity, identify, own_code
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 # Seconds between two looks at the list of workers: a dead worker is noticed after this time, and one look takes the
 # scheduler some milliseconds even with 500 workers.
 _INTERVAL = 0.5
 # Seconds to wait for further answers after the first one. A worker opens its OpenGL context in 1 to 3 s; a worker that
 # draws for another user answers later, and is accepted then.
-_ANSWERS = 10.0
+_ANSWERS = 5.0
 # Seconds between two looks while the farm opens.
 _PAUSE = 0.05
 
@@ -48,9 +48,10 @@ class Roster:
     """
 
     def __init__(self, client: Client, mixed: bool) -> None:
-        self._client, self._mixed = client, mixed
+        self._client: Any = client  # Dask's types are those of its asynchronous clients, too
+        self._mixed = mixed
         self._driver: tuple[str, str] | None = None
-        self._questions: dict[str, Future] = {}
+        self._questions: dict[str, Any] = {}
         self._next_look = 0.0
         self.accepted: dict[str, Identity] = {}
         self.refused: dict[str, str] = {}
@@ -58,7 +59,7 @@ class Roster:
     def open(self, fewest: int, seconds: float) -> None:
         """Wait until `fewest` workers have answered, and choose the driver that most of them have.
 
-        Raises FarmError if none is accepted after `seconds`, or if all were refused.
+        Raises FarmError if none has answered after `seconds`, or if all that answered are refused.
         """
         start = first = time.monotonic()
         answers: dict[str, Identity] = {}
@@ -66,9 +67,9 @@ class Roster:
             self._look()
             answers |= self._collect()
             now = time.monotonic()
-            first = first if answers else now
-            is_complete = not self._questions and len(answers) + len(self.refused) >= fewest
-            if is_complete or (answers and now - first > _ANSWERS) or now - start > seconds:
+            first = first if answers or self.refused else now
+            is_complete = not self._questions and len(answers) >= fewest
+            if is_complete or now - first > _ANSWERS or now - start > seconds:
                 break
             time.sleep(_PAUSE)
         matching = Counter(_driver(identity) for identity in answers.values() if self._is_current(identity))
@@ -103,7 +104,7 @@ class Roster:
         """Compare with the scheduler's list, and ask new workers."""
         self._next_look = time.monotonic() + _INTERVAL
         try:
-            present = set(self._client.nthreads())
+            present = {*self._client.nthreads()}
         except (OSError, TimeoutError):  # the connection is lost; the client reconnects
             return
         for known in (self.accepted, self.refused, self._questions):

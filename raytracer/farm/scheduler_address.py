@@ -24,10 +24,8 @@ def check_address(value: Any, key: str = "scheduler") -> str:
     """Return the address of a scheduler, such as "tcp://10.0.0.1:8786" or "tls://host:8786". Raises InputError."""
     match = _FORM.fullmatch(value) if isinstance(value, str) else None
     if not match or not 1 <= int(match[3]) <= 65535:
-        expected = "tcp://HOST:PORT or tls://HOST:PORT"
-        raise InputError(
-            f"expected {expected}, the address that `dask scheduler` prints, got {format_value(value)}", key
-        )
+        expected = "tcp://HOST:PORT or tls://HOST:PORT, the address that `dask scheduler` prints"
+        raise InputError(f"expected {expected}, got {format_value(value)}", key)
     return match[0]
 
 
