@@ -11,7 +11,7 @@ from typing import NamedTuple
 from raytracer.core.output import write_atomically
 from raytracer.core.validation import InputError
 from raytracer.farm.frame_jobs import DRIVER, KEY
-from raytracer.formats.image_files import read_metadata, read_size
+from raytracer.formats.image_files import check_whole, load_metadata, read_size
 
 
 class FrameStore(NamedTuple):
@@ -49,11 +49,13 @@ class FrameStore(NamedTuple):
         if not os.path.lexists(path):  # reading a missing file looks for similar names
             return None
         try:
-            texts = read_metadata(path)
-            is_current = texts.get(KEY) == key and texts.get(DRIVER) in drivers and read_size(path) == size
+            texts = load_metadata(path)
+            if texts.get(KEY) != key or texts.get(DRIVER) not in drivers or read_size(path) != size:
+                return None
+            check_whole(path)
         except InputError:
             return None
-        return texts if is_current else None
+        return texts
 
     def remove(self, frames: Iterable[int]) -> None:
         """Remove the files of frames, and the folder if nothing else is in it."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from raytracer.app.options import (
     add_backend,
+    add_picture_options,
     add_scene,
     add_settings,
     chosen_settings,
@@ -57,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT",
         required=True,
         help="movie to write: .mp4 (H.264) or .webm (VP9), which need the extra video; .webp or .png (APNG), which are "
-        "lossless. Or the pattern of a file for each frame, such as frames/%%04d.png or .npz. Folders are made.",
+        "lossless. Or the pattern of a file for each frame, such as frames/%%04d.png, .npz or .exr. Folders are made.",
     )
     parser.add_argument(
         "--frames",
@@ -75,6 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="quality of .mp4 and .webm: 0 is the best, and 6 more halve the size of the file, roughly. Default: "
         f"{DEFAULT_CRF}. Range: 0-{MAX_CRF}.",
     )
+    add_picture_options(parser)
     add_settings(parser, samples=1, adaptive=True)
     add_backend(parser)
     parser.set_defaults(run=run)
@@ -137,14 +139,15 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.farm.tasks import run_here
     from raytracer.gpu.device import shared_device
 
-    suffix = _check_target(target, size, settings, len(frames))
+    suffix = _check_target(target, size, settings, options, len(frames))
     warn_about_scene(options.scene, document.scene, settings)
     driver = shared_device(options.backend, options.device).limits.driver
     _make_folders(target)
     store = FrameStore(target.folder, target.pattern)
 
     def make_job(frame: int) -> FrameJob:
-        return FrameJob(animation.scene(frame), size, settings, suffix, options.backend, options.device)
+        own = options.transparent, options.bits, options.backend, options.device
+        return FrameJob(animation.scene(frame), size, settings, suffix, *own)
 
     tally = _Tally()
     start = time.monotonic()
@@ -193,19 +196,28 @@ def _stop(error: BaseException, target: Target, store: FrameStore, ready: int, c
     return STATUS if is_interrupt else 1
 
 
-def _check_target(target: Target, size: tuple[int, int], settings: Settings, count: int) -> str:
+def _check_target(
+    target: Target, size: tuple[int, int], settings: Settings, options: argparse.Namespace, count: int
+) -> str:
     """Check the formats and the memory for `count` frames, and return the suffix of a frame. Raises InputError."""
-    from raytracer.formats.image_files import FORMATS
+    from raytracer.formats.image_files import FORMATS, check_bits
     from raytracer.formats.movies import check_movie
 
     suffix = Path(target.pattern).suffix.lower()
     if suffix not in FORMATS:
         raise InputError(f"expected a pattern that ends in {' or '.join(FORMATS)}", file=target.pattern)
+    form, sampling, transparent = FORMATS[suffix], settings.sampling, options.transparent
     if target.movie:
-        check_movie(target.movie, size, count)
-    sampling = settings.sampling
-    geometry = FORMATS[suffix].has_geometry
-    check_memory(picture_bytes(size, geometry, sampling.is_adaptive, sampling.has_stopping_rule), size)
+        movie = check_movie(target.movie, size, count)
+        if transparent and not movie.has_alpha:
+            raise InputError("expected --transparent with .webp, .png or a pattern", file=options.output)
+        if options.bits not in (None, 8):
+            raise InputError("expected 8 bits per channel in a movie", file=options.output)
+    check_bits(suffix, options.bits)
+    if form.require:
+        form.require()
+    needed = picture_bytes(size, form.has_geometry, sampling.is_adaptive, sampling.has_stopping_rule, transparent)
+    check_memory(needed + size[0] * size[1] * form.writing_bytes, size)
     return suffix
 
 
