@@ -178,6 +178,20 @@ def test_a_scene_without_the_table_is_refused(tmp_path: Path, capsys: pytest.Cap
     assert "assignment.toml: expected a table [animation]" in capsys.readouterr().err
 
 
+@pytest.mark.gl
+@pytest.mark.slow
+def test_frames_of_workers_have_the_same_bits_and_are_kept_for_this_process(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["animate", str(scene), "-o", str(tmp_path / "%d.npz")]
+    assert main([*command, "--workers", "2"]) == 0
+    assert "6 drawn" in capsys.readouterr().out
+    for k, frame in enumerate(rt.animation(scene)):
+        assert np.array_equal(np.load(tmp_path / f"{k}.npz")["radiance"], rt.render(frame, (48, 32)).radiance)
+    assert main(command) == 0
+    assert "0 drawn, 6 kept" in capsys.readouterr().out
+
+
 # Presses Ctrl-C when frame 3 is about to be written.
 INTERRUPTED = """
 import signal, sys

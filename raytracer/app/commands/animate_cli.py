@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from raytracer.app.farm_options import add_farm_options, check_farm_options, open_farm
 from raytracer.app.options import (
     add_backend,
     add_picture_options,
@@ -79,6 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_picture_options(parser)
     add_settings(parser, samples=1, adaptive=True)
     add_backend(parser)
+    add_farm_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -125,6 +127,7 @@ def run(options: argparse.Namespace) -> int:
     chosen.resolve()
     target = parse_target(options.output)
     crf = _check_crf(options, target)
+    check_farm_options(options)
     document = read_document(find_scene(options.scene))
     animation = open_animation(document)
     frames = _check_frames(options.frames, animation.frames)
@@ -136,13 +139,10 @@ def run(options: argparse.Namespace) -> int:
     from raytracer.farm.frame_jobs import FrameJob
     from raytracer.farm.frame_store import FrameStore
     from raytracer.farm.frames import make_frames
-    from raytracer.farm.tasks import run_here
     from raytracer.gpu.device import shared_device
 
     suffix = _check_target(target, size, settings, options, len(frames))
     warn_about_scene(options.scene, document.scene, settings)
-    driver = shared_device(options.backend, options.device).limits.driver
-    _make_folders(target)
     store = FrameStore(target.folder, target.pattern)
 
     def make_job(frame: int) -> FrameJob:
@@ -152,13 +152,15 @@ def run(options: argparse.Namespace) -> int:
     tally = _Tally()
     start = time.monotonic()
     try:
-        with progress_bar(f"rendering {options.output}") as progress:
+        with open_farm(options) as farm, progress_bar(f"rendering {options.output}") as progress:
+            drivers = farm.drivers or [shared_device(options.backend, options.device).limits.driver]
+            _make_folders(target)
 
             def report(result: FrameResult) -> None:
                 tally.add(result)
                 progress(tally.drawn + tally.failed, len(frames) - tally.kept)
 
-            make_frames(frames, make_job, store, run_here, [driver], report)
+            make_frames(frames, make_job, store, farm.run, drivers, report)
         if target.movie and not tally.failed:
             _write_movie(options, target.movie, store, frames, animation.fps, crf)
     except (KeyboardInterrupt, OSError, RuntimeError) as error:
@@ -187,7 +189,7 @@ def run(options: argparse.Namespace) -> int:
 def _stop(error: BaseException, target: Target, store: FrameStore, ready: int, count: int) -> int:
     """Say how to go on after an interruption, and return the exit status. Raises the error if no frame is there."""
     if not ready:
-        if target.movie:
+        if target.movie and target.folder.exists():
             store.remove([])
         raise error
     is_interrupt = isinstance(error, KeyboardInterrupt)
