@@ -1,4 +1,4 @@
-"""Movies of 48 frames: what is read back against the frames, and the time of a second run.
+"""Movies of 48 frames: the frames read back against the frames drawn, and the time of a second run.
 
 python -m benchmarks.movies [--size WxH] [--samples N]
 

@@ -85,7 +85,7 @@ class DrawnFrame(NamedTuple):
 
 
 def draw_frame(job: FrameJob) -> DrawnFrame:
-    """Draw a picture and return the content of its file. The pixels are those of `rt.render` on the same driver.
+    """Draw a picture and return the content of its file. `rt.render` gives the same pixels on the same driver.
 
     The file's metadata has the job's key and the driver, which FrameStore.read_current() compares.
 

@@ -1,4 +1,4 @@
-"""Frames: each file has the picture of its frame's scene, and a second run draws only what is missing or different."""
+"""Frames: each file has the picture of its frame's scene, and a second run draws only missing and different frames."""
 
 from __future__ import annotations
 
