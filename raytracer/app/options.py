@@ -8,6 +8,8 @@ import warnings
 from functools import partial
 from typing import Any, get_args
 
+from msgspec import UNSET
+
 from raytracer.core.validation import InputError
 from raytracer.formats.scene_file import examples
 from raytracer.scene.materials.models import SHADINGS
@@ -64,6 +66,28 @@ def add_size(parser: argparse.ArgumentParser, default: str = "the size in the sc
         type=picture_size,
         default=argparse.SUPPRESS,
         help=f"width and height of the picture in pixels. Default: {default}.",
+    )
+
+
+def add_transparent(parser: argparse.ArgumentParser) -> None:
+    """Add --transparent."""
+    parser.add_argument(
+        "--transparent",
+        action="store_true",
+        help="leave out the background where the camera sees it directly, and write alpha, the share of each pixel "
+        "that surfaces cover. Mirrors still show the background. Default: an opaque picture.",
+    )
+
+
+def add_picture_options(parser: argparse.ArgumentParser) -> None:
+    """Add --transparent and --bits."""
+    add_transparent(parser)
+    parser.add_argument(
+        "--bits",
+        metavar="N",
+        type=int,
+        choices=(8, 16),
+        help="bits per channel of a .png: 8 or 16. Default: 8.",
     )
 
 
@@ -178,6 +202,12 @@ def chosen_settings(options: argparse.Namespace) -> SettingsPatch:
 def chosen_size(options: argparse.Namespace) -> tuple[int, int] | None:
     """Return the size that the user set by --size, or None."""
     return getattr(options, "size", None)
+
+
+def is_error_chosen(in_file: SettingsPatch, chosen: SettingsPatch) -> bool:
+    """Whether the user set max_error as a number. A quality sets max_error, too, but limits the samples as well."""
+    patches = (in_file, chosen) if chosen.quality is UNSET else (chosen,)
+    return any(patch.max_error not in (UNSET, None) for patch in patches)
 
 
 def warn_about_scene(name: str, scene: Scene, settings: Settings) -> None:
