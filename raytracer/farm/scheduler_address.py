@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import socket
+import time
 from typing import Any
 
 from raytracer.core.shown import format_value
@@ -12,6 +13,8 @@ from raytracer.farm.roster import FarmError
 
 # Seconds for a scheduler to accept a connection and to send its first bytes, which takes milliseconds in a network.
 _SECONDS = 5.0
+# Seconds between two attempts to connect.
+_PAUSE = 0.2
 # A Dask server begins with the length of its first message and its number of frames, as 64-bit integers.
 _HEAD = 16
 # The most bytes and frames of a server's first message. Dask sends 58 bytes in 1 frame.
@@ -33,7 +36,7 @@ def check_server(address: str) -> None:
     """Raise FarmError unless a Dask server listens at the address. With TLS, only the connection is tried."""
     scheme, host, port = _FORM.fullmatch(address).groups()  # pyright: ignore[reportOptionalMemberAccess]
     try:
-        with socket.create_connection((host.strip("[]"), int(port)), _SECONDS) as connection:
+        with _connect((host.strip("[]"), int(port))) as connection:
             if scheme == "tls":
                 return
             connection.settimeout(_SECONDS)
@@ -48,3 +51,15 @@ def check_server(address: str) -> None:
     size, frames = int.from_bytes(head[:8], "little"), int.from_bytes(head[8:], "little")
     if len(head) < _HEAD or not (1 <= size <= _MOST_BYTES and 1 <= frames <= _MOST_FRAMES):
         raise FarmError(f"the server at {address} is no Dask scheduler of this scheme")
+
+
+def _connect(place: tuple[str, int]) -> socket.socket:
+    """Connect to a server, which may be starting: a refused connection is tried again. Raises OSError."""
+    end = time.monotonic() + _SECONDS
+    while True:
+        try:
+            return socket.create_connection(place, _SECONDS)
+        except ConnectionRefusedError:
+            if time.monotonic() > end:
+                raise
+        time.sleep(_PAUSE)
