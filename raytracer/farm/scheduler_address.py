@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import socket
+import ssl
 import time
 from typing import Any
 
@@ -33,18 +34,23 @@ def check_address(value: Any, key: str = "scheduler") -> str:
 
 
 def check_server(address: str) -> None:
-    """Raise FarmError unless a Dask server listens at the address. With TLS, only the connection is tried."""
+    """Raise FarmError unless a Dask server listens at the address, and InputError if TLS lacks certificates.
+
+    Dask itself would wait for the first bytes of another server without a limit.
+    """
     scheme, host, port = _FORM.fullmatch(address).groups()  # pyright: ignore[reportOptionalMemberAccess]
+    context = _client_tls() if scheme == "tls" else None
     try:
-        with _connect((host.strip("[]"), int(port))) as connection:
-            if scheme == "tls":
-                return
-            connection.settimeout(_SECONDS)
+        with _connect((host.strip("[]"), int(port))) as plain:
+            plain.settimeout(_SECONDS)
+            connection = plain if context is None else context.wrap_socket(plain)
             head = b""
             while len(head) < _HEAD and (data := connection.recv(_HEAD - len(head))):
                 head += data
     except TimeoutError:
         raise FarmError(f"no Dask scheduler answers at {address} within {_SECONDS:g} s") from None
+    except ssl.SSLError as error:
+        raise FarmError(f"the server at {address} refuses this TLS connection: {error.reason or error}") from None
     except (OSError, UnicodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise FarmError(f"no scheduler at {address}: {reason}; start one with `dask scheduler`") from None
@@ -63,3 +69,17 @@ def _connect(place: tuple[str, int]) -> socket.socket:
             if time.monotonic() > end:
                 raise
         time.sleep(_PAUSE)
+
+
+def _client_tls() -> ssl.SSLContext:
+    """Return the TLS context of Dask's configuration for clients. Raises InputError."""
+    from distributed.security import Security
+
+    try:
+        context = Security().get_connection_args("client").get("ssl_context")
+    except (OSError, ValueError) as error:
+        raise InputError(f"expected TLS certificates in Dask's configuration, got the error {error}") from None
+    if context is None:
+        names = "CA_FILE, CLIENT__CERT and CLIENT__KEY after DASK_DISTRIBUTED__COMM__TLS__"
+        raise InputError(f"tls:// needs the certificates of the farm in environment variables: {names}")
+    return context
