@@ -24,8 +24,9 @@ from raytracer.scene.settings import Settings
 
 # The picture of a frame: about a second on one thread of a core of 2020.
 SIZE, SAMPLES = (480, 270), 96
-# Frames for each worker in a round.
-FRAMES = 8
+# Frames for each worker in a round. At the end of a run some workers wait for the others: the fewer frames, the larger
+# the share of this wait.
+FRAMES = 16
 
 
 def empty(number: int) -> int:
