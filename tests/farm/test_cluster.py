@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from raytracer.core.validation import InputError
-from raytracer.farm import dispatch, roster
+from raytracer.farm import dispatch, roster, scheduler_address
 from raytracer.farm.cluster import Cluster, open_cluster
 from raytracer.farm.roster import FarmError
 from raytracer.farm.scheduler_address import check_address, check_server
@@ -265,7 +265,8 @@ def test_another_server_at_the_port_is_no_scheduler(greeting: bytes) -> None:
 
 
 @pytest.mark.parametrize("address", [f"tcp://127.0.0.1:{free_port()}", "tcp://no-such-host.invalid:8786"])
-def test_a_scheduler_that_is_not_there_is_a_clear_error(address: str) -> None:
+def test_a_scheduler_that_is_not_there_is_a_clear_error(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scheduler_address, "_SECONDS", 0.5)  # of attempts, because a scheduler may be starting
     with pytest.raises(FarmError, match="no scheduler at tcp://"):
         check_server(address)
 
