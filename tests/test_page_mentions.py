@@ -30,6 +30,9 @@ def command_options(command: str) -> set[str]:
 
 ALL_OPTIONS = {"--help", "--version"}.union(*map(command_options, COMMANDS))
 
+# Commands of other programs, which have options of their own.
+OTHER_PROGRAMS = ("pip ", "python -m pytest", "dask ", "docker ")
+
 
 @cache
 def other_options() -> set[str]:
@@ -80,7 +83,7 @@ def is_command(words: list[str], is_whole: bool) -> bool:
 
 @pytest.mark.parametrize("page", PAGES)
 def test_every_option_in_backquotes_is_one_of_a_program(page: str) -> None:
-    program_codes = [code for code in inline_code(page) if not code.startswith(("pip ", "python -m pytest"))]
+    program_codes = [code for code in inline_code(page) if not code.startswith(OTHER_PROGRAMS)]
     options = {name for code in program_codes for name in OPTION.findall(code) if name.startswith("--")}
     assert options - ALL_OPTIONS - other_options() == set()
 

@@ -14,6 +14,7 @@ LONGEST = 340  # lines of a file
 # Functions whose values are kept as long as the process runs, with the reason why the values stay right and few.
 CACHED = {
     ("compiler/glsl/preprocessor.py", "_file_pieces"): "files of the package, which are read again after a change",
+    ("farm/remote.py", "own_code"): "files of the package as this process imported them",
     ("formats/material_library.py", "_library"): "files of the package, which has a few hundred materials",
     ("gpu/glsl_call.py", "_definitions"): "files of the package: the file of a function never changes",
     ("analysis/reflectance/properties.py", "_known_rule"): "depends on numbers alone, and keeps at most 64 values",

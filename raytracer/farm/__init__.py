@@ -6,4 +6,7 @@ May import: all packages except app. Other packages may use
     frame_jobs: FrameJob, DrawnFrame, draw_frame (one picture, in any process)
     frame_store: FrameStore (the files of frames, and which are current)
     frames: FrameResult, make_frames (all frames of a movie)
+    cluster: open_cluster, Cluster, MAX_WORKERS
+    roster: FarmError
+    scheduler_address: check_address
 """

@@ -36,6 +36,8 @@ class FrameJob(Record, frozen=True):
         size: (width, height) in pixels.
         settings: the settings.
         suffix: the file format of the picture, such as ".png".
+        transparent: whether the picture has the coverage of surfaces as alpha. Default: False.
+        bits: bits per channel of a .png, or None for the default.
         backend: way to open OpenGL, or None for the default of the process that draws.
         device: EGL device, or None for the default of the process that draws.
     """
@@ -44,6 +46,8 @@ class FrameJob(Record, frozen=True):
     size: tuple[int, int]
     settings: Settings
     suffix: str
+    transparent: bool = False
+    bits: int | None = None
     backend: Backend | None = None
     device: int | str | None = None
 
@@ -55,6 +59,8 @@ class FrameJob(Record, frozen=True):
             "size": self.size,
             "settings": msgspec.structs.asdict(self.settings),
             "suffix": self.suffix,
+            "transparent": self.transparent,
+            "bits": self.bits,
             "version": __version__,
         }
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
@@ -79,7 +85,7 @@ class DrawnFrame(NamedTuple):
 
 
 def draw_frame(job: FrameJob) -> DrawnFrame:
-    """Draw a picture and return the content of its file. The pixels are those of `rt.render` on the same driver.
+    """Draw a picture and return the content of its file. `rt.render` gives the same pixels on the same driver.
 
     The file's metadata has the job's key and the driver, which FrameStore.read_current() compares.
 
@@ -88,11 +94,13 @@ def draw_frame(job: FrameJob) -> DrawnFrame:
     start = time.monotonic()
     form = FORMATS[job.suffix]
     device = shared_device(job.backend, job.device)
-    image = shared_renderer(device).render(job.scene, job.size, job.settings, geometry=form.has_geometry)
+    image = shared_renderer(device).render(
+        job.scene, job.size, job.settings, geometry=form.has_geometry, transparent=job.transparent
+    )
     estimate = image.estimate
     assert estimate
     driver = device.limits.driver
     texts = {KEY: job.key(), DRIVER: driver, REACHED: "no" if estimate.reached is False else "yes"}
     file = io.BytesIO()
-    image.replace(metadata={**image.metadata, **texts}).write(file, job.suffix)
+    image.replace(metadata={**image.metadata, **texts}).write(file, job.suffix, job.bits)
     return DrawnFrame(file.getvalue(), driver, time.monotonic() - start, estimate.samples, estimate)

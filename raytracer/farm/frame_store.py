@@ -49,7 +49,7 @@ class FrameStore(NamedTuple):
         if not os.path.lexists(path):  # reading a missing file looks for similar names
             return None
         try:
-            texts = read_metadata(path)
+            texts = read_metadata(path)  # of a whole file
             is_current = texts.get(KEY) == key and texts.get(DRIVER) in drivers and read_size(path) == size
         except InputError:
             return None

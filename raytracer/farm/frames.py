@@ -48,7 +48,7 @@ def make_frames(
         store: the files.
         run: how jobs are run: run_here(), or the workers of a farm.
         drivers: the drivers with which frames are drawn. A file by another driver is drawn again.
-        report: a function that is called with the result of each frame as soon as it is known, in any order.
+        report: a function that is called with the result of each frame, in any order, without delay.
 
     Raises:
         OSError: a file cannot be written.

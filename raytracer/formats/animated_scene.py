@@ -93,7 +93,7 @@ def animation(path: str | os.PathLike[str]) -> AnimatedScene:
 def open_animation(document: SceneDocument) -> AnimatedScene:
     """Return the animation in a scene file. Raises InputError as animation() does."""
     if document.animation is None:
-        raise InputError("expected a table [animation]; `frames = 48` is all that it needs", file=str(document.path))
+        raise InputError("expected a table [animation], with at least the key `frames`", file=str(document.path))
     animated = AnimatedScene(document, document.animation)
     animated.scene(0)
     return animated

@@ -75,7 +75,7 @@ class SceneDocument(NamedTuple):
     def change(self, values: Mapping[str, Any]) -> SceneDocument:
         """Return the document with another scene, or other settings: with other values at some paths of its tables.
 
-        The values replace those of the text, not those of an earlier change. Objects and companion files that do not
+        The values replace values of the text: an earlier change does not count. Objects and companion files that do not
         depend on the values are not built or read again. Unused shapes are not warned about.
 
         Args:

@@ -102,7 +102,7 @@ def _replace_entry(table: dict[str, Any], path: Keys, depth: int, value: Any) ->
     name = str(path[depth])
     if name in table:
         return {**table, name: _replace(table[name], path, depth + 1, value)}
-    # The names of the first level are those of an empty scene file, and of the second level those that the user chose.
+    # The user chose the names in these tables, so another name is a mistake.
     is_named = depth == 1 and path[0] in ("shapes", "parts", "objects", "materials", "instances")
     if name == "settings" and depth == 0:  # all its keys have defaults
         return {**table, name: _replace({}, path, depth + 1, value)}

@@ -11,8 +11,8 @@ from raytracer.core.vectors import add, dot, sub
 from raytracer.scene.camera import Camera
 from raytracer.scene.solids.affine import rotation
 
-# How a track goes from one key to the next one: in equal steps; with a slow start and end at each key, by the
-# polynomial 3 t^2 - 2 t^3 (smoothstep) of the share t of the way; not at all before the next key.
+# The way of a value from one key to the next one. "linear": in equal steps. "smooth": slow near each key, by the
+# polynomial 3 t^2 - 2 t^3 (smoothstep) of the share t of the time. "step": unchanged until the next key.
 Interpolation = Literal["linear", "smooth", "step"]
 
 # A number, or a vector of numbers.
@@ -25,7 +25,7 @@ class Track(Record, frozen=True):
     Attributes:
         path: the path of the value in the scene file, such as "lights.0.position".
         keys: (frame, value), in the order of the frames, at least one. All values are numbers, or vectors of equal
-            length. Before the first key and after the last one, the value is that of the nearest key.
+            length. Before the first key and after the last one, the value of the nearest key holds.
         interpolation: how the value goes from key to key.
     """
 

@@ -87,6 +87,17 @@ def test_a_pattern_writes_a_file_for_each_chosen_frame(scene: Path, tmp_path: Pa
 
 
 @pytest.mark.gl
+@pytest.mark.parametrize("suffix", [".webp", ".png"])
+def test_a_lossless_movie_keeps_transparency(suffix: str, scene: Path, tmp_path: Path) -> None:
+    movie = tmp_path / f"a{suffix}"
+    assert main(["animate", str(scene), "-o", str(movie), "--frames", "3:4", "--transparent", "--samples", "4"]) == 0
+    image = rt.render(rt.animation(scene).scene(3), (48, 32), samples=4, transparent=True)
+    assert image.alpha is not None and 0 < image.alpha.mean() < 1
+    with Image.open(movie) as read:
+        assert np.array_equal(np.asarray(read)[..., 3], np.rint(255 * image.alpha))
+
+
+@pytest.mark.gl
 def test_refused_frames_are_named_and_all_others_made_without_a_movie(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -121,8 +132,8 @@ def test_a_missed_error_is_status_1_also_when_the_frames_are_kept(
         ),
         (["-o", "a.mp5"], 'did you mean ".mp4"?'),
         (["-o", "a"], "expected a movie that ends in"),
-        (["-o", "%04d.gif"], "expected a pattern that ends in .png or .npz"),
-        (["-o", "%04d.mp4"], "expected a pattern that ends in .png or .npz"),
+        (["-o", "%04d.gif"], "expected a pattern that ends in .png or .npz or .exr"),
+        (["-o", "%04d.mp4"], "expected a pattern that ends in .png or .npz or .exr"),
         (["-o", "%s.png"], "expected a pattern with one number"),
         (["-o", "%4d.png"], "expected a pattern with one number"),
         (["-o", "%d%d.png"], "expected a pattern with one number"),
@@ -143,6 +154,9 @@ def test_a_missed_error_is_status_1_also_when_the_frames_are_kept(
         (["-o", "a.mp4", "--frame", "0:3", "--max-eror", "1"], "--max-eror"),
         (["-o", "good.toml/a.mp4"], "expected a place for a folder"),
         (["-o", "a.mp4", "--samples", "0"], "samples"),
+        (["-o", "a.mp4", "--transparent"], "expected --transparent with .webp, .png or a pattern"),
+        (["-o", "a.png", "--bits", "16"], "expected 8 bits per channel in a movie"),
+        (["-o", "%d.npz", "--bits", "16"], "expected no bits for .npz"),
     ],
 )
 def test_wrong_arguments_are_refused_in_one_line(
@@ -162,6 +176,20 @@ def test_wrong_arguments_are_refused_in_one_line(
 def test_a_scene_without_the_table_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["animate", "assignment", "-o", str(tmp_path / "a.mp4")]) == 2
     assert "assignment.toml: expected a table [animation]" in capsys.readouterr().err
+
+
+@pytest.mark.gl
+@pytest.mark.slow
+def test_frames_of_workers_have_the_same_bits_and_are_kept_for_this_process(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["animate", str(scene), "-o", str(tmp_path / "%d.npz")]
+    assert main([*command, "--workers", "2"]) == 0
+    assert "6 drawn" in capsys.readouterr().out
+    for k, frame in enumerate(rt.animation(scene)):
+        assert np.array_equal(np.load(tmp_path / f"{k}.npz")["radiance"], rt.render(frame, (48, 32)).radiance)
+    assert main(command) == 0
+    assert "0 drawn, 6 kept" in capsys.readouterr().out
 
 
 # Presses Ctrl-C when frame 3 is about to be written.

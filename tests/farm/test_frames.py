@@ -1,4 +1,4 @@
-"""Frames: each file has the picture of its frame's scene, and a second run draws only what is missing or different."""
+"""Frames: each file has the picture of its frame's scene, and a second run draws only missing and different frames."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_a_frame_has_the_bits_of_its_scene_rendered_alone(tmp_path: Path) -> Non
 
 
 @pytest.mark.gl
-@pytest.mark.parametrize("suffix", [".npz", ".png"])
+@pytest.mark.parametrize("suffix", [".npz", ".png", ".exr"])
 def test_a_second_run_draws_only_frames_that_are_missing_damaged_or_different(suffix: str, tmp_path: Path) -> None:
     animation, settings = animated(), rt.Settings(samples=2)
     make(tmp_path, animation, settings, suffix)
@@ -112,8 +112,10 @@ def test_the_key_of_a_job_depends_on_all_that_the_picture_depends_on() -> None:
         job.replace(size=(32, 48)),
         job.replace(settings=rt.Settings(bounces=7)),
         job.replace(suffix=".npz"),
+        job.replace(transparent=True),
+        job.replace(bits=16),
     ]
-    assert len({job.key(), *(other.key() for other in others)}) == 7
+    assert len({job.key(), *(other.key() for other in others)}) == 9
     assert job.key() == FrameJob(animated().scene(1), SIZE, rt.Settings(), ".png").key()
 
 

@@ -8,8 +8,10 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from raytracer.app.farm_options import add_farm_options, check_farm_options, open_farm
 from raytracer.app.options import (
     add_backend,
+    add_picture_options,
     add_scene,
     add_settings,
     chosen_settings,
@@ -20,6 +22,7 @@ from raytracer.app.options import (
 )
 from raytracer.core.interrupts import STATUS
 from raytracer.core.memory import check_memory, picture_bytes
+from raytracer.core.output import check_place, make_folder
 from raytracer.core.progress import progress_bar
 from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean
@@ -28,11 +31,14 @@ from raytracer.core.validation import InputError, check_path, check_size, intege
 from raytracer.formats.animated_scene import open_animation
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
+from raytracer.scene.settings import Settings
 
 if TYPE_CHECKING:
     from raytracer.farm.frame_store import FrameStore
     from raytracer.farm.frames import FrameResult
     from raytracer.formats.estimate import Estimate
+    from raytracer.formats.movies import Picture
+
 
 # A number in the name of a file, in printf's notation, of at most 9 digits.
 _NUMBER = re.compile(r"%(?:0[1-9])?d", re.ASCII)
@@ -53,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT",
         required=True,
         help="movie to write: .mp4 (H.264) or .webm (VP9), which need the extra video; .webp or .png (APNG), which are "
-        "lossless. Or the pattern of a file for each frame, such as frames/%%04d.png or .npz. Folders are made.",
+        "lossless. Or the pattern of a file for each frame, such as frames/%%04d.png, .npz or .exr. Folders are made.",
     )
     parser.add_argument(
         "--frames",
@@ -71,8 +77,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="quality of .mp4 and .webm: 0 is the best, and 6 more halve the size of the file, roughly. Default: "
         f"{DEFAULT_CRF}. Range: 0-{MAX_CRF}.",
     )
+    add_picture_options(parser)
     add_settings(parser, samples=1, adaptive=True)
     add_backend(parser)
+    add_farm_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -119,6 +127,7 @@ def run(options: argparse.Namespace) -> int:
     chosen.resolve()
     target = parse_target(options.output)
     crf = _check_crf(options, target)
+    check_farm_options(options)
     document = read_document(find_scene(options.scene))
     animation = open_animation(document)
     frames = _check_frames(options.frames, animation.frames)
@@ -127,65 +136,43 @@ def run(options: argparse.Namespace) -> int:
         settings = (section.settings | chosen).resolve()
     size = check_size(chosen_size(options) or section.size or DEFAULT_SIZE)
 
-    from raytracer.core.output import check_place, make_folder
     from raytracer.farm.frame_jobs import FrameJob
     from raytracer.farm.frame_store import FrameStore
     from raytracer.farm.frames import make_frames
-    from raytracer.farm.tasks import run_here
-    from raytracer.formats.image_files import FORMATS
-    from raytracer.formats.movies import check_movie
     from raytracer.gpu.device import shared_device
 
-    suffix = Path(target.pattern).suffix.lower()
-    if suffix not in FORMATS:
-        raise InputError(f"expected a pattern that ends in {' or '.join(FORMATS)}", file=str(options.output))
-    if target.movie:
-        check_movie(target.movie, size, len(frames))
-    sampling = settings.sampling
-    geometry = FORMATS[suffix].has_geometry
-    check_memory(picture_bytes(size, geometry, sampling.is_adaptive, sampling.has_stopping_rule), size)
+    suffix = _check_target(target, size, settings, options, len(frames))
     warn_about_scene(options.scene, document.scene, settings)
-    driver = shared_device(options.backend, options.device).limits.driver
-    make_folder(target.folder.parent if target.movie else target.folder)
-    if target.movie:
-        check_place(target.movie)
-        make_folder(target.folder)
     store = FrameStore(target.folder, target.pattern)
-    tally = _Tally()
 
     def make_job(frame: int) -> FrameJob:
-        return FrameJob(animation.scene(frame), size, settings, suffix, options.backend, options.device)
+        own = options.transparent, options.bits, options.backend, options.device
+        return FrameJob(animation.scene(frame), size, settings, suffix, *own)
 
+    tally = _Tally()
     start = time.monotonic()
     try:
-        with progress_bar(f"rendering {options.output}") as progress:
+        with open_farm(options) as farm, progress_bar(f"rendering {options.output}") as progress:
+            drivers = farm.drivers or [shared_device(options.backend, options.device).limits.driver]
+            _make_folders(target)
 
             def report(result: FrameResult) -> None:
                 tally.add(result)
                 progress(tally.drawn + tally.failed, len(frames) - tally.kept)
 
-            make_frames(frames, make_job, store, run_here, [driver], report)
+            make_frames(frames, make_job, store, farm.run, drivers, report)
         if target.movie and not tally.failed:
-            _assemble(options, target.movie, store, frames, animation.fps, crf)
-    except (KeyboardInterrupt, OSError) as error:
-        ready = tally.kept + tally.drawn
-        if not ready:
-            if target.movie:
-                store.remove([])
-            raise
-        reason = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
-        print_error(
-            f"{reason}; {ready} of {len(frames)} frames are in {store.folder}: the same command goes on with them"
-        )
-        return STATUS if isinstance(error, KeyboardInterrupt) else 1
+            _write_movie(options, target.movie, store, frames, animation.fps, crf)
+    except (KeyboardInterrupt, OSError, RuntimeError) as error:
+        return _stop(error, target, store, tally.kept + tally.drawn, len(frames))
     if target.movie and not options.keep and not tally.failed:
         store.remove(frames)
     made = f"{tally.drawn} drawn" + (f", {tally.kept} kept" if tally.kept else "")
     facts = f"{size[0]}x{size[1]}, {made}, {time.monotonic() - start:.1f} s"
     if tally.failed:
-        place = f"in {store.folder}: {facts}"
         without = f"; no {target.movie.name} without the others" if target.movie else ""
-        print_error(f"{tally.failed} of {len(frames)} frames failed; the others are {place}{without}")
+        others = f"the others are in {store.folder}: {facts}{without}"
+        print_error(f"{tally.failed} of {len(frames)} frames failed; {others}")
         return 1
     print_lines(f"wrote {options.output}: {len(frames)} frames at {animation.fps:g} fps, {facts}")
     if tally.worst:
@@ -195,8 +182,53 @@ def run(options: argparse.Namespace) -> int:
         if is_error_chosen(section.settings, chosen):
             print_error(f"{options.output}: {missed}; try more --samples or --time")
             return 1
-        print_lines(missed)
+        print_lines(missed)  # a quality set max_error, and limits the samples: no failure
     return 0
+
+
+def _stop(error: BaseException, target: Target, store: FrameStore, ready: int, count: int) -> int:
+    """Say how to go on after an interruption, and return the exit status. Raises the error if no frame is there."""
+    if not ready:
+        if target.movie and target.folder.exists():
+            store.remove([])
+        raise error
+    is_interrupt = isinstance(error, KeyboardInterrupt)
+    reason = "interrupted" if is_interrupt else str(error)
+    print_error(f"{reason}; {ready} of {count} frames are in {store.folder}: the same command goes on with them")
+    return STATUS if is_interrupt else 1
+
+
+def _check_target(
+    target: Target, size: tuple[int, int], settings: Settings, options: argparse.Namespace, count: int
+) -> str:
+    """Check the formats and the memory for `count` frames, and return the suffix of a frame. Raises InputError."""
+    from raytracer.formats.image_files import FORMATS, check_bits
+    from raytracer.formats.movies import check_movie
+
+    suffix = Path(target.pattern).suffix.lower()
+    if suffix not in FORMATS:
+        raise InputError(f"expected a pattern that ends in {' or '.join(FORMATS)}", file=target.pattern)
+    form, sampling, transparent = FORMATS[suffix], settings.sampling, options.transparent
+    if target.movie:
+        movie = check_movie(target.movie, size, count)
+        if transparent and not movie.has_alpha:
+            raise InputError("expected --transparent with .webp, .png or a pattern", file=options.output)
+        if options.bits not in (None, 8):
+            raise InputError("expected 8 bits per channel in a movie", file=options.output)
+    check_bits(suffix, options.bits)
+    if form.require:
+        form.require()
+    needed = picture_bytes(size, form.has_geometry, sampling.is_adaptive, sampling.has_stopping_rule, transparent)
+    check_memory(needed + size[0] * size[1] * form.writing_bytes, size)
+    return suffix
+
+
+def _make_folders(target: Target) -> None:
+    """Make the folder of the frames, and check the place of the movie. Raises InputError."""
+    if target.movie:
+        make_folder(target.movie.parent)
+        check_place(target.movie)
+    make_folder(target.folder)
 
 
 def parse_target(text: str) -> Target:
@@ -247,10 +279,12 @@ def _check_frames(chosen: tuple[int, int | None] | None, count: int) -> range:
     return range(first, end)
 
 
-def _assemble(options: argparse.Namespace, movie: Path, store: FrameStore, frames: range, fps: float, crf: int) -> None:
+def _write_movie(
+    options: argparse.Namespace, movie: Path, store: FrameStore, frames: range, fps: float, crf: int
+) -> None:
     """Write the movie of frames that are all there."""
     from raytracer.formats.image_png import read_pixels
-    from raytracer.formats.movies import Picture, write_movie
+    from raytracer.formats.movies import write_movie
 
     def picture(k: int) -> Picture:
         path = store.path(frames[k])
