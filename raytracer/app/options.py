@@ -67,6 +67,23 @@ def add_size(parser: argparse.ArgumentParser, default: str = "the size in the sc
     )
 
 
+def add_picture_options(parser: argparse.ArgumentParser) -> None:
+    """Add --transparent and --bits."""
+    parser.add_argument(
+        "--transparent",
+        action="store_true",
+        help="leave out the background where the camera sees it directly, and write alpha, the share of each pixel "
+        "that surfaces cover. Mirrors still show the background. Default: an opaque picture.",
+    )
+    parser.add_argument(
+        "--bits",
+        metavar="N",
+        type=int,
+        choices=(8, 16),
+        help="bits per channel of a .png: 8 or 16. Default: 8.",
+    )
+
+
 def add_compile_options(
     parser: argparse.ArgumentParser, names: tuple[str, ...] = CompileOptions.__struct_fields__
 ) -> None:

@@ -12,13 +12,15 @@ import msgspec
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from raytracer.core.output import check_output, write_atomically
+from raytracer.core.output import write_atomically
 from raytracer.core.record import Record, public
 from raytracer.core.shown import format_value
 from raytracer.core.validation import InputError, check_choice, check_text, locate_errors
 from raytracer.formats.estimate import Estimate
-from raytracer.formats.image_files import FORMATS
+from raytracer.formats.image_files import FORMATS, check_bits, check_picture_output
+from raytracer.formats.planar_depth import planar_depth
 from raytracer.formats.srgb import encode_srgb8
+from raytracer.scene.camera import Camera
 
 
 def _is_numbers(value: Any) -> bool:
@@ -60,6 +62,9 @@ class GeometrySource(ABC):
 class Image(Record, frozen=True, eq=False):
     """A rendered picture. Arrays have H rows, the top row first, and W columns. `np.asarray(image)` is the radiance.
 
+    A transparent picture has an `alpha`, and its radiance is premultiplied: the background, where the camera sees it
+    directly, adds nothing to the radiance.
+
     `depth`, `normal` and `material` describe the surface that the ray through the pixel's centre hits. The GPU computes
     them at the first access to one of them, and when the image is pickled or saved as .npz. Arrays of floating-point
     numbers are float32 in rendered pictures and float64 in pictures of `raytracer.reference`.
@@ -75,6 +80,8 @@ class Image(Record, frozen=True, eq=False):
             if unknown [H, W]. None if not computed.
         estimate: the estimated error of the whole picture. None if there is no estimate.
         metadata: texts by name, which are stored in files. Default: none.
+        alpha: the share of each pixel that surfaces cover, in [0, 1] [H, W]. None if the picture is opaque.
+        camera: the camera of the picture, from which `planar_depth` follows. None if unknown.
 
     Raises:
         InputError: an argument is no such array, or its size differs from the radiance.
@@ -88,13 +95,15 @@ class Image(Record, frozen=True, eq=False):
     error: NDArray[Any] | None = None
     estimate: Estimate | None = None
     metadata: Mapping[str, str] = msgspec.field(default_factory=dict)
+    alpha: NDArray[Any] | None = None
+    camera: Camera | None = None
 
     def __post_init__(self) -> None:
         radiance: Any = self.radiance
         if not (_is_numbers(radiance) and radiance.ndim == 3 and radiance.shape[2] == 3 and radiance.size):
             raise InputError(f"expected an array (H, W, 3) of numbers, got {_kind(radiance)}", "radiance")
         shape = radiance.shape[:2]
-        for name in ("depth", "normal", "material", "samples", "error"):
+        for name in ("depth", "normal", "material", "samples", "error", "alpha"):
             value: Any = self._stored(name)
             if isinstance(value, GeometrySource):
                 if value.shape == shape:
@@ -105,6 +114,8 @@ class Image(Record, frozen=True, eq=False):
                 raise InputError(f"expected an array {expected} of numbers or None, got {_kind(value)}", name)
         if self.estimate is not None and not isinstance(self.estimate, Estimate):
             raise InputError(f"expected an Estimate or None, got {format_value(self.estimate)}", "estimate")
+        if self.camera is not None and not isinstance(self.camera, Camera):
+            raise InputError(f"expected a Camera or None, got {format_value(self.camera)}", "camera")
         if not isinstance(self.metadata, Mapping):
             raise InputError(f"expected text by names, got {format_value(self.metadata)}", "metadata")
         for key, text in self.metadata.items():
@@ -132,38 +143,52 @@ class Image(Record, frozen=True, eq=False):
         height, width = self.radiance.shape[:2]
         return f"<Image {width}x{height}>"
 
+    @property
+    def planar_depth(self) -> NDArray[Any] | None:
+        """The distance from the camera along its direction of view, inf for the background [H, W].
+
+        None if the picture has no `depth` or no `camera`.
+        """
+        depth, camera = self.depth, self.camera
+        return None if depth is None or camera is None else planar_depth(depth, camera)
+
     def srgb8(self) -> NDArray[np.uint8]:
-        """Return the picture as 8-bit sRGB, uint8 [H, W, 3]. Radiance is clipped to [0, 1]."""
+        """Return the radiance as 8-bit sRGB, uint8 [H, W, 3], clipped to [0, 1]. Premultiplied by alpha."""
         return encode_srgb8(self.radiance)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: str | os.PathLike[str], bits: int | None = None) -> None:
         """Save the picture atomically: a complete file is written, or none.
 
         A replaced file keeps its permissions. A symbolic link is kept, and its target is replaced.
 
         Args:
-            path: a file that ends in .png (8-bit sRGB) or .npz (all arrays, and the metadata as JSON).
+            path: a file that ends in .png (sRGB), .npz (all arrays, and the metadata as JSON) or .exr (all arrays as
+                float32 channels, and the metadata in the header).
+            bits: the number of bits per channel of a .png: 8 or 16. Default: 8.
 
         Raises:
-            InputError: another suffix, a path that cannot be written to, or, for .npz, a picture without geometry.
+            InputError: another suffix, a path that cannot be written to, for .npz a picture without geometry, for .exr
+                a missing package OpenEXR, or bits for another format than .png.
         """
-        path = check_output(path, FORMATS)
+        path = check_picture_output(path, bits)
         with write_atomically(path) as file, locate_errors(path):
-            self.write(file, path.suffix)
+            self.write(file, path.suffix, bits)
 
-    def write(self, file: IO[bytes], suffix: str) -> None:
-        """Write the picture to an open binary file, in the format of `suffix`: ".png" or ".npz".
+    def write(self, file: IO[bytes], suffix: str, bits: int | None = None) -> None:
+        """Write the picture to an open binary file, in the format of `suffix`: ".png", ".npz" or ".exr".
 
-        Raises InputError for another suffix, another object, or, for .npz, a picture without geometry.
+        Errors: see save().
         """
         if not callable(getattr(file, "write", None)):
             raise InputError(f"expected a binary file, got {format_value(file)}", "file")
-        form = FORMATS[check_choice(suffix.lower(), "suffix", FORMATS)]
+        suffix = check_choice(suffix.lower(), "suffix", FORMATS)
+        form, options = FORMATS[suffix], check_bits(suffix, bits)
         arrays = {name: getattr(self, name) for name in (*form.needed, *form.optional)}
         missing = [name for name in form.needed if arrays[name] is None]
         if missing:
             raise InputError(f"expected an image rendered with geometry=True, got none of {missing}")
-        form.write(file, {name: array for name, array in arrays.items() if array is not None}, self.metadata)
+        present = {name: array for name, array in arrays.items() if array is not None}
+        form.write(file, present, self.metadata, **options)
 
     def png(self) -> bytes:
         """Return the bytes of a PNG file of the picture, the same as `save` writes. Notebooks show pictures with it."""

@@ -1,72 +1,127 @@
 """Picture files: the formats by suffix, and reading of untrusted pictures.
 
-To add a format, add a module with `write`, `read_size` and `read_radiance`, and an entry in FORMATS.
+To add a format, add a module with `write`, `read_size`, `read_picture` and `read_metadata`, and an entry in FORMATS.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import IO, Any, NamedTuple
-
-from numpy.typing import NDArray
+from pathlib import Path
+from typing import IO, NamedTuple
 
 from raytracer.core.files import open_regular
+from raytracer.core.output import check_output
+from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError, check_path
-from raytracer.formats import image_npz, image_png
-from raytracer.formats.radiance import MAX_PIXELS
+from raytracer.formats import image_exr, image_npz, image_png
+from raytracer.formats.radiance import MAX_PIXELS, PictureRows, StoredPicture
 
 
 class ImageFormat(NamedTuple):
     """A picture format.
 
     Attributes:
-        write: a function of (file, arrays by name, metadata) that writes a picture.
+        write: a function of (file, arrays by name, metadata) that writes a picture. If there are `bits`, it has a
+            keyword `bits` for the number of bits per channel.
         needed: the names of the arrays that an image must have.
         optional: the names of the arrays that are written if the image has them.
         read_size: a function that returns (width, height) of an open file. It raises InputError for wrong bytes.
-        read_radiance: a function that returns the linear radiance of an open file [H, W, 3], whose rows are read by
-            slices. It raises InputError for wrong bytes.
+        read_picture: a function that returns the picture in an open file. It raises InputError for wrong bytes.
+        read_metadata: a function that returns the texts in an open file, by name. It raises InputError for wrong bytes.
         most_bytes: the largest size of a file that is read, in bytes.
         is_clipped: whether the format clips radiance to [0, 1].
+        bits: the numbers of bits per channel that can be written, the default first. Default: none, no choice.
+        require: a function that raises InputError if the package is missing that the format needs. Default: none.
     """
 
-    write: Callable[[IO[bytes], Mapping[str, NDArray[Any]], Mapping[str, str]], None]
+    write: Callable[..., None]
     needed: tuple[str, ...]
     optional: tuple[str, ...]
     read_size: Callable[[IO[bytes]], tuple[int, int]]
-    read_radiance: Callable[[IO[bytes]], NDArray[Any] | image_png.Levels]
+    read_picture: Callable[[IO[bytes]], StoredPicture]
+    read_metadata: Callable[[IO[bytes]], Mapping[str, str]]
     most_bytes: int
     is_clipped: bool
+    bits: tuple[int, ...] = ()
+    require: Callable[[], object] | None = None
 
     @property
     def has_geometry(self) -> bool:
         """Whether a file contains depth, normals and materials."""
-        return "depth" in self.needed
+        return "depth" in self.needed or "depth" in self.optional
 
 
 FORMATS: dict[str, ImageFormat] = {
     ".png": ImageFormat(
         write=image_png.write,
         needed=("radiance",),
-        optional=(),
+        optional=("alpha",),
         read_size=image_png.read_size,
-        read_radiance=image_png.read_radiance,
+        read_picture=image_png.read_picture,
+        read_metadata=image_png.read_metadata,
         most_bytes=16 * MAX_PIXELS,  # twice the uncompressed size of the largest picture, 4 channels of 16 bits
         is_clipped=True,
+        bits=(8, 16),
     ),
     ".npz": ImageFormat(
         write=image_npz.write,
         needed=("radiance", "depth", "normal", "material"),
-        optional=("samples", "error"),
+        optional=("alpha", "samples", "error"),
         read_size=image_npz.read_size,
-        read_radiance=image_npz.read_radiance,
+        read_picture=image_npz.read_picture,
+        read_metadata=image_npz.read_metadata,
         most_bytes=2**31 - 1,  # for 2 GB and more NumPy writes a zip64 archive, which core/npz.py does not read
         is_clipped=False,
     ),
+    ".exr": ImageFormat(
+        write=image_exr.write,
+        needed=("radiance",),
+        optional=("alpha", "depth", "planar_depth", "normal", "material", "samples", "error"),
+        read_size=image_exr.read_size,
+        read_picture=image_exr.read_picture,
+        read_metadata=image_exr.read_metadata,
+        most_bytes=2**31 - 1,  # as for .npz: more than the uncompressed size of all our channels of the largest picture
+        is_clipped=False,
+        require=image_exr.require,
+    ),
 }
+
+
+def check_picture_output(
+    path: str | os.PathLike[str], bits: int | None = None, suffixes: Iterable[str] | None = None
+) -> Path:
+    """Return `path` if a picture of that format can be written there, with `bits` per channel.
+
+    Args:
+        path: the file.
+        bits: the number of bits per channel. None: the default of the format.
+        suffixes: the accepted suffixes. Default: all formats.
+
+    Raises:
+        InputError: another suffix, a path that cannot be written to, other bits, or a missing package.
+    """
+    path = check_output(path, [*(FORMATS if suffixes is None else suffixes)])
+    suffix = path.suffix.lower()
+    check_bits(suffix, bits)
+    if require := FORMATS[suffix].require:
+        require()
+    return path
+
+
+def check_bits(suffix: str, bits: int | None) -> dict[str, int]:
+    """Return the keywords of `bits` for the function `write` of a format. Raises InputError for other bits."""
+    if bits is None:
+        return {}
+    known = FORMATS[suffix].bits
+    if not known:
+        with_bits = " or ".join(name for name, form in FORMATS.items() if form.bits)
+        raise InputError(f"expected no bits for {suffix}; only {with_bits} has a choice", "bits")
+    if not isinstance(bits, int) or isinstance(bits, bool) or bits not in known:
+        raise InputError(f"expected {' or '.join(map(str, known))}, got {format_value(bits)}", "bits")
+    return {"bits": bits}
 
 
 def read_size(path: str | os.PathLike[str]) -> tuple[int, int]:
@@ -75,17 +130,33 @@ def read_size(path: str | os.PathLike[str]) -> tuple[int, int]:
         return form.read_size(file)
 
 
-def load_radiance(path: str | os.PathLike[str]) -> NDArray[Any] | image_png.Levels:
-    """Read the linear radiance of a picture file [H, W, 3], whose rows are read by slices.
+def load_picture(path: str | os.PathLike[str]) -> StoredPicture:
+    """Read the linear radiance of a picture file [H, W, 3], and its alpha [H, W] unless all pixels are opaque.
 
     Args:
-        path: an .npz file with an array `radiance`, or an opaque .png file (sRGB, colour or grey, 8 or 16 bits).
+        path: an .npz file with an array `radiance`, an .exr file with channels R, G and B, or a .png file (sRGB, colour
+            or grey, 8 or 16 bits).
 
     Raises:
         InputError: the file cannot be read, or contains something else. The message begins with the file's name.
     """
     with _open_picture(path) as (file, form):
-        return form.read_radiance(file)
+        return form.read_picture(file)
+
+
+def load_radiance(path: str | os.PathLike[str]) -> PictureRows:
+    """Read the linear radiance of an opaque picture file as load_picture(). Raises InputError for a transparent one."""
+    with _open_picture(path) as (file, form):
+        radiance, alpha = form.read_picture(file)
+        if alpha is not None:
+            raise InputError("expected an opaque picture, got one with transparent pixels")
+        return radiance
+
+
+def load_metadata(path: str | os.PathLike[str]) -> Mapping[str, str]:
+    """Read the texts of a picture file, by name. Raises InputError as load_picture() does."""
+    with _open_picture(path) as (file, form):
+        return form.read_metadata(file)
 
 
 @contextmanager

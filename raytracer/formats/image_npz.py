@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from raytracer.core.npz import read_arrays, read_shape
 from raytracer.core.validation import InputError
-from raytracer.formats.radiance import MAX_PIXELS, check_pixels, check_radiance
+from raytracer.formats.radiance import MAX_PIXELS, StoredPicture, check_alpha, check_pixels, check_radiance
 
 # The largest size of the array `radiance`, in bytes: 16 for the widest floating-point numbers.
 _MAX_ARRAY = 16 * 3 * MAX_PIXELS
+# The largest size of the array `metadata`, in bytes: some texts of a line each, at 4 bytes per character.
+_MAX_TEXT = 1 << 20
 
 
 def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, str]) -> None:
@@ -31,14 +33,42 @@ def read_size(file: IO[bytes]) -> tuple[int, int]:
     return width, height
 
 
-def read_radiance(file: IO[bytes]) -> NDArray[Any]:
-    """Read the array `radiance` [H, W, 3]. Raises InputError."""
-    [picture] = read_arrays(file, lambda names: ["radiance"], _check_array, _MAX_ARRAY).values()
+def read_picture(file: IO[bytes]) -> StoredPicture:
+    """Read the arrays `radiance` [H, W, 3] and, if there is one, `alpha` [H, W]. Raises InputError."""
+    arrays = read_arrays(file, lambda names: ["radiance", *({"alpha"} & {*names})], _check_array, _MAX_ARRAY)
+    picture, alpha = arrays["radiance"], arrays.get("alpha")
     check_radiance(picture, "radiance")
-    return picture
+    if alpha is None:
+        return StoredPicture(picture)
+    if alpha.shape != picture.shape[:2]:
+        raise InputError(f"expected an array {picture.shape[:2]}, got {alpha.shape}", "alpha")
+    return StoredPicture(picture, check_alpha(alpha, "alpha"))
+
+
+def read_metadata(file: IO[bytes]) -> dict[str, str]:
+    """Read the texts by name. Raises InputError."""
+    import json
+
+    [text] = read_arrays(file, lambda _: ["metadata"], _check_text, _MAX_TEXT).values()
+    try:
+        texts = json.loads(str(text))
+    except (ValueError, RecursionError):
+        texts = None
+    if not isinstance(texts, dict) or not all(isinstance(value, str) for value in texts.values()):
+        raise InputError("expected texts by name, as JSON", "metadata")
+    return texts
+
+
+def _check_text(name: str, shape: tuple[int, ...], dtype: Any) -> None:
+    if shape or dtype.kind != "U":
+        raise InputError(f"expected a text, got {shape} of {dtype}", name)
 
 
 def _check_array(name: str, shape: tuple[int, ...], dtype: Any) -> None:
+    if name == "alpha":
+        if len(shape) != 2 or dtype.kind != "f":
+            raise InputError(f"expected an array (H, W) of floating-point numbers, got {shape} of {dtype}", name)
+        return
     if len(shape) != 3 or shape[2] != 3 or min(shape) < 1 or dtype.kind != "f":
         raise InputError(f"expected an array (H, W, 3) of floating-point numbers, got {shape} of {dtype}", name)
     check_pixels(shape[1], shape[0])

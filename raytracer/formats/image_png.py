@@ -1,14 +1,11 @@
-"""Pictures as `.png` files: written as 8-bit sRGB, read with 8 or 16 bits per channel, colour or grey.
+"""Pictures as `.png` files: written as sRGB of 8 or 16 bits, read with up to 16 bits per channel, colour or grey.
 
-Pillow reads pictures but does not write them: importing Pillow, and its search for the best filter of each row, take
-longer than writing the file here.
+A PNG has straight alpha: its colours are not multiplied by it. Pillow decodes; png_chunks.py writes.
 """
 
 from __future__ import annotations
 
-import struct
 import warnings
-import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any
@@ -18,9 +15,9 @@ from numpy.typing import NDArray
 
 from raytracer.core.shown import escape_unprintable
 from raytracer.core.validation import InputError
-from raytracer.formats.png_chunks import SIGNATURE, check_whole, read_header
-from raytracer.formats.radiance import MAX_PIXELS, row_blocks
-from raytracer.formats.srgb import decode_srgb, encode_srgb8
+from raytracer.formats.png_chunks import PngWriter, check_whole, read_header, read_texts
+from raytracer.formats.radiance import MAX_PIXELS, StoredPicture, row_blocks
+from raytracer.formats.srgb import decode_srgb, encode_srgb8, encode_srgb16
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
@@ -30,12 +27,15 @@ class Levels:
     """The radiance of a PNG, stored as integer levels [H, W, 3] and a table of each level's radiance.
 
     The levels take an eighth (8 bits) or a quarter (16 bits) of the radiance's memory. A slice of rows returns float64
-    radiance, like an array.
+    radiance, like an array. If there is an `alpha` [H, W], the radiance is multiplied by it.
     """
 
-    def __init__(self, levels: NDArray[Any], radiance: NDArray[np.float64]) -> None:
+    def __init__(
+        self, levels: NDArray[Any], radiance: NDArray[np.float64], alpha: NDArray[np.float32] | None = None
+    ) -> None:
         self._levels = levels
         self._radiance = radiance
+        self._alpha = alpha
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -43,32 +43,34 @@ class Levels:
         return self._levels.shape
 
     def __getitem__(self, rows: slice) -> NDArray[np.float64]:
-        return self._radiance[self._levels[rows]]
+        straight = self._radiance[self._levels[rows]]
+        return straight if self._alpha is None else straight * self._alpha[rows, :, None]
 
 
-def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, str]) -> None:
-    """Write the array `radiance` as PNG (8-bit sRGB), with the metadata as text (ISO/IEC 15948)."""
-    radiance = arrays["radiance"]
+def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, str], bits: int = 8) -> None:
+    """Write the arrays `radiance` and, if present, `alpha` as sRGB of 8 or 16 `bits`, with the metadata as text."""
+    radiance, alpha = arrays["radiance"], arrays.get("alpha")
     height, width = radiance.shape[:2]
-    file.write(SIGNATURE)
-    _write_chunk(file, b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0))  # 8 bits, RGB
-    for key, value in metadata.items():
-        _write_chunk(file, b"iTXt", key.encode("latin-1") + bytes(5) + value.encode())  # plain, no language
-    # Run-length encoding suits the filtered rows: differences to the left neighbour are runs of zeros in flat areas.
-    compressor = zlib.compressobj(strategy=zlib.Z_RLE)
+    writer = PngWriter(file, width, height, 3 if alpha is None else 4, bits, metadata)
     for rows in row_blocks(radiance.shape):
-        pixels = encode_srgb8(radiance[rows]).reshape(-1, 3 * width)
-        filtered = np.ones((len(pixels), 1 + 3 * width), np.uint8)  # a row begins with its filter type: 1 is "Sub"
-        filtered[:, 1:4] = pixels[:, :3]
-        np.subtract(pixels[:, 3:], pixels[:, :-3], out=filtered[:, 4:])
-        if data := compressor.compress(filtered.data):
-            _write_chunk(file, b"IDAT", data)
-    _write_chunk(file, b"IDAT", compressor.flush())
-    _write_chunk(file, b"IEND", b"")
+        writer.write_rows(encode_levels(radiance[rows], None if alpha is None else alpha[rows], bits))
+    writer.close()
 
 
-def _write_chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
-    file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
+def encode_levels(radiance: NDArray[Any], alpha: NDArray[Any] | None, bits: int) -> NDArray[Any]:
+    """Encode radiance [H, W, 3] as sRGB levels of 8 or 16 `bits` [H, W, 3], or with alpha [H, W, 4].
+
+    `radiance` is premultiplied by `alpha` [H, W]; the levels are straight: of the radiance divided by alpha.
+    """
+    encode = encode_srgb8 if bits == 8 else encode_srgb16
+    if alpha is None:
+        return encode(radiance)
+    covered = alpha[..., None] > 0
+    straight = np.zeros(radiance.shape, np.result_type(radiance, np.float32))
+    np.divide(radiance, alpha[..., None], out=straight, where=covered)
+    top_level = (1 << bits) - 1
+    levels = np.rint(np.clip(alpha.astype(np.float64), 0.0, 1.0) * top_level)
+    return np.dstack((encode(straight), levels.astype(np.uint8 if bits == 8 else np.uint16)))
 
 
 def read_size(file: IO[bytes]) -> tuple[int, int]:
@@ -76,8 +78,13 @@ def read_size(file: IO[bytes]) -> tuple[int, int]:
     return read_header(file, MAX_PIXELS)[:2]
 
 
-def read_radiance(file: IO[bytes]) -> Levels:
-    """Read an opaque picture with up to 16 bits per channel. Raises InputError."""
+def read_metadata(file: IO[bytes]) -> dict[str, str]:
+    """Read the texts before the pixels, by name. Raises InputError."""
+    return read_texts(file, MAX_PIXELS)
+
+
+def read_picture(file: IO[bytes]) -> StoredPicture:
+    """Read a picture with up to 16 bits per channel. Raises InputError."""
     is_16_bit = check_whole(file, MAX_PIXELS).bits == 16
     try:
         pixels = _pixels16(file) if is_16_bit else _pixels8(file)
@@ -86,9 +93,11 @@ def read_radiance(file: IO[bytes]) -> Levels:
     except Exception as error:  # Pillow does not document the errors that damaged files cause
         raise InputError(f"expected a PNG file: {' '.join(escape_unprintable(str(error)).split())[:100]}") from None
     top_level = 65535 if is_16_bit else 255
-    if pixels.shape[2] == 4 and (pixels[..., 3] != top_level).any():
-        raise InputError("expected an opaque picture, got one with transparent pixels")
-    return Levels(pixels[..., :3], decode_srgb(np.arange(top_level + 1) / top_level))
+    table = decode_srgb(np.arange(top_level + 1) / top_level)
+    if pixels.shape[2] < 4 or (pixels[..., 3] == top_level).all():
+        return StoredPicture(Levels(pixels[..., :3], table))
+    alpha = np.divide(pixels[..., 3], top_level, dtype=np.float32)
+    return StoredPicture(Levels(pixels[..., :3], table, alpha), alpha)
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""The sRGB transfer function (IEC 61966-2-1:1999): encoding of linear radiance to 8 bits, and decoding."""
+"""The sRGB transfer function (IEC 61966-2-1:1999): encoding of linear radiance to 8 or 16 bits, and decoding."""
 
 from __future__ import annotations
 
@@ -43,4 +43,15 @@ def encode_srgb8(radiance: NDArray[Any]) -> NDArray[np.uint8]:
         key = linear.view(np.int32) >> _LOWER_HALF
         # Only NaN has a key beyond the last one.
         encoded[rows] = _LEVELS.take(key, mode="clip") + (linear >= _NEXT_EDGES.take(key, mode="clip"))
+    return encoded
+
+
+def encode_srgb16(radiance: NDArray[Any]) -> NDArray[np.uint16]:
+    """Convert linear RGB [H, W, 3] to 16-bit sRGB. Values are clipped to [0, 1], and NaN becomes 65535."""
+    encoded = np.empty(radiance.shape, np.uint16)
+    for rows in row_blocks(radiance.shape):
+        linear = np.nan_to_num(np.clip(radiance[rows], 0.0, 1.0).astype(np.float64), nan=1.0)
+        # The linear piece ends where decode_srgb() has its end, so that decoding inverts the encoding.
+        curve = np.where(linear <= 0.04045 / 12.92, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+        encoded[rows] = np.rint(65535.0 * curve)
     return encoded

@@ -22,6 +22,7 @@ import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.formats.image import Image
 from raytracer.formats.image_files import FORMATS, load_radiance, read_size
+from raytracer.formats.radiance import StoredPicture
 from tests.picture_files import chunk, grey, png, png16, save
 
 
@@ -169,7 +170,7 @@ def a_pickle(path: Path) -> None:
     ("name", "write", "message"),
     [
         ("a.png", None, "expected a picture that can be read: No such file"),
-        ("a.jpg", None, "expected a file that ends in .png or .npz"),
+        ("a.jpg", None, "expected a file that ends in .png or .npz or .exr"),
         ("a.png", Path.mkdir, "it is a folder"),
         ("a.png", lambda path: path.write_bytes(b"not a png"), "expected a PNG file"),
         ("a.png", a_transparent_png, "opaque"),
@@ -214,7 +215,10 @@ def test_an_entry_in_the_table_adds_a_format_of_pictures(tmp_path: Path, monkeyp
         height, width, _ = np.load(file).shape
         return width, height
 
-    raw = FORMATS[".png"]._replace(write=write, read_size=size_in, read_radiance=np.load, is_clipped=False)
+    def picture_in(file: IO[bytes]) -> StoredPicture:
+        return StoredPicture(np.load(file))
+
+    raw = FORMATS[".png"]._replace(write=write, read_size=size_in, read_picture=picture_in, is_clipped=False)
     monkeypatch.setitem(FORMATS, ".raw", raw)
     path = tmp_path / "a.raw"
     radiance = np.random.default_rng(1).uniform(0, 9, (4, 5, 3)).astype(np.float32)
@@ -222,5 +226,5 @@ def test_an_entry_in_the_table_adds_a_format_of_pictures(tmp_path: Path, monkeyp
     assert read_size(path) == (5, 4)
     np.testing.assert_array_equal(load_radiance(path)[:], radiance)
     for use in (Image(radiance).save, load_radiance):
-        with pytest.raises(rt.InputError, match=r"ends in .png or .npz or .raw$"):
+        with pytest.raises(rt.InputError, match=r"ends in .png or .npz or .exr or .raw$"):
             use(tmp_path / "a.jpg")
