@@ -6,6 +6,7 @@ The package OpenEXR writes and decodes. Its decoders trust the sizes in a file's
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import IO, Any, NamedTuple
@@ -59,14 +60,59 @@ def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping
         "type": exr.scanlineimage,
         "compression": exr.ZIP_COMPRESSION,
         "chromaticities": _REC_709,
-        **{f"{_TEXTS}{key}": text for key, text in metadata.items()},
+        **_attributes(metadata),
     }
+    with exr.File(header, channels(arrays)) as picture:
+        picture.write(file)
+
+
+class ExrWriter:
+    """Writes an EXR file row by row, from the top, so that a picture need not fit into memory.
+
+    The header has no chromaticities, because the package cannot write them here; without them, EXR means Rec. 709.
+    """
+
+    def __init__(self, file: IO[bytes], width: int, height: int, channels: int, texts: Mapping[str, str]) -> None:
+        """Write the header.
+
+        Args:
+            file: an open and empty binary file of the file system, because the package needs its path.
+            width, height: the picture's size in pixels.
+            channels: 3 for R, G, B, or 4 with A.
+            texts: texts by name.
+        """
+        exr = require()
+        header = exr.Header(width, height)  # ZIP, and float32 for R, G and B
+        header["channels"] = dict.fromkeys("RGBA"[:channels], header["channels"]["R"])
+        header.update({name: text.encode() for name, text in _attributes(texts).items()})
+        self._channels = "RGBA"[:channels]
+        self._output = exr.OutputFile(os.fspath(file.name), header)
+
+    def write_rows(self, pixels: NDArray[np.float32]) -> None:
+        """Write the next rows [rows, width, channels]: premultiplied radiance, then alpha. Raises OSError."""
+        data = {name: pixels[..., i].tobytes() for i, name in enumerate(self._channels)}
+        self._output.writePixels(data, len(pixels))
+
+    def close(self, texts: Mapping[str, str] | None = None) -> None:
+        """Write the end of the file. The header is written, so there is no place for more `texts`."""
+        del texts
+        self._output.close()
+
+
+def join_channels(radiance: NDArray[Any], alpha: NDArray[Any] | None) -> NDArray[np.float32]:
+    """Join radiance [H, W, 3] and alpha [H, W] for ExrWriter.write_rows()."""
+    parts = [radiance] if alpha is None else [radiance, alpha[..., None]]
+    return np.concatenate(parts, axis=2, dtype=np.float32)
+
+
+def _attributes(metadata: Mapping[str, str]) -> dict[str, str]:
+    """Return the attributes of the header for the texts of a picture."""
+    header = {f"{_TEXTS}{key}": text for key, text in metadata.items()}
     if "Software" in metadata:  # the names that OpenEXR proposes, which other programs show
         header["software"] = metadata["Software"]
     if comments := "; ".join(metadata[key] for key in ("Title", "Description", "Error") if metadata.get(key)):
         header["comments"] = comments
-    with exr.File(header, channels(arrays)) as picture:
-        picture.write(file)
+    return header
 
 
 def channels(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

@@ -9,7 +9,9 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, Any, NamedTuple, Protocol
+
+from numpy.typing import NDArray
 
 from raytracer.core.files import open_regular
 from raytracer.core.output import check_output
@@ -17,7 +19,33 @@ from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError, check_path
 from raytracer.formats import image_exr, image_npz, image_png
+from raytracer.formats.png_chunks import PngWriter
 from raytracer.formats.radiance import MAX_PIXELS, PictureRows, StoredPicture
+
+
+class RowWriter(Protocol):
+    """Writes a picture row by row, from the top."""
+
+    def write_rows(self, pixels: NDArray[Any], /) -> None:
+        """Write the next rows of pixels [rows, W, 3 or 4]."""
+        ...
+
+    def close(self, texts: Mapping[str, str], /) -> None:
+        """Write the end of the file, with texts by name that only the finished picture has, if the format can."""
+        ...
+
+
+class RowFormat(NamedTuple):
+    """The way to write a picture of a format row by row, so that it need not fit into memory.
+
+    Attributes:
+        encode: a function of (radiance, alpha or None) that returns pixels for the writer. If the format has `bits`,
+            this function and `open` have a keyword `bits`.
+        open: a function of (file, width, height, number of channels, texts by name) that begins a file.
+    """
+
+    encode: Callable[..., NDArray[Any]]
+    open: Callable[..., RowWriter]
 
 
 class ImageFormat(NamedTuple):
@@ -35,6 +63,7 @@ class ImageFormat(NamedTuple):
         is_clipped: whether the format clips radiance to [0, 1].
         bits: the numbers of bits per channel that can be written, the default first. Default: none, no choice.
         require: a function that raises InputError if the package is missing that the format needs. Default: none.
+        rows: the way to write a picture row by row. None: there is none.
     """
 
     write: Callable[..., None]
@@ -47,6 +76,7 @@ class ImageFormat(NamedTuple):
     is_clipped: bool
     bits: tuple[int, ...] = ()
     require: Callable[[], object] | None = None
+    rows: RowFormat | None = None
 
     @property
     def has_geometry(self) -> bool:
@@ -65,6 +95,7 @@ FORMATS: dict[str, ImageFormat] = {
         most_bytes=16 * MAX_PIXELS,  # twice the uncompressed size of the largest picture, 4 channels of 16 bits
         is_clipped=True,
         bits=(8, 16),
+        rows=RowFormat(image_png.encode_levels, PngWriter),
     ),
     ".npz": ImageFormat(
         write=image_npz.write,
@@ -86,6 +117,7 @@ FORMATS: dict[str, ImageFormat] = {
         most_bytes=2**31 - 1,  # as for .npz: more than the uncompressed size of all our channels of the largest picture
         is_clipped=False,
         require=image_exr.require,
+        rows=RowFormat(image_exr.join_channels, image_exr.ExrWriter),
     ),
 }
 
