@@ -125,7 +125,7 @@ def sample_draws(
     *,
     shades: bool,
     constants: Mapping[str, Any],
-    target: str = "radiance",
+    targets: tuple[str, ...] = ("radiance",),
 ) -> list[Step]:
     """Return the draws of samples of a tile, in the lower left of targets of the tile's size or larger.
 
@@ -135,25 +135,25 @@ def sample_draws(
         samples: 1 or SAMPLES_AT_ONCE samples.
         seen: The names of the textures that SEE draws into, in order: "surface"; "others" if SHAPES compares distances
             with it; "normalDepth" if the geometry is wanted.
-        shades: Whether to add the light to the texture `target`.
+        shades: Whether to add the light to the textures `targets`.
         constants: Uniforms that all samples share.
-        target: The texture of the sums of light.
+        targets: The texture of the sums of light; in a transparent picture, then the texture of the coverage.
     """
     port, shown = viewport(tile)
     area, inputs = (0, 0, *tile[2:]), {name: name for name in seen if name != "others"}
     steps: list[Step] = []
     starts_sum = samples[0].starts_sum
     if shades and starts_sum and not meshes.is_whole:
-        steps.append(Clear(target))
+        steps += map(Clear, targets)
     # If all pixels are drawn, the first sample replaces the old values, so that no clear is needed.
     first: Blending = "replace" if starts_sum and meshes.is_whole else "add"
 
     def light(programs: Sequence[str], uniforms: Mapping[str, Any], blending: Blending) -> None:
         for name in programs:
             if shades and name in meshes.cells:
-                mesh, into = meshes.cells[name], (target,)
+                mesh = meshes.cells[name]
                 steps.append(
-                    Draw(name, mesh, into, area, port, uniforms, inputs, blending, is_long=True, constants=constants)
+                    Draw(name, mesh, targets, area, port, uniforms, inputs, blending, is_long=True, constants=constants)
                 )
 
     together, alone = _programs(meshes, len(samples))

@@ -46,6 +46,7 @@ class BandJob(NamedTuple):
         rows: the first row of pixels from the bottom, a multiple of CELL, and the number of rows.
         suffix: the format of the picture's file, one with rows.
         bits: the number of bits per channel. None: the default of the format.
+        transparent: whether the picture has an alpha.
         backend, device: as for render().
     """
 
@@ -55,6 +56,7 @@ class BandJob(NamedTuple):
     rows: tuple[int, int]
     suffix: str
     bits: int | None = None
+    transparent: bool = False
     backend: Backend | None = None
     device: int | str | None = None
 
@@ -89,11 +91,15 @@ def draw_band(job: BandJob) -> DrawnBand:
     renderer = shared_renderer(shared_device(job.backend, job.device))
     low, height = job.rows
     part = 0, low, job.size[0], height
-    image = renderer.render(job.scene, job.size, job.settings, part=part, geometry=False)
+    image = renderer.render(job.scene, job.size, job.settings, part=part, geometry=False, transparent=job.transparent)
     assert image.estimate
     bits = check_bits(job.suffix, job.bits)
+    radiance, alpha = image.radiance, image.alpha
     # Some rows at a time, because to encode takes more memory than to store.
-    encoded = [form.rows.encode(image.radiance[rows], None, **bits) for rows in row_blocks(image.radiance.shape)]
+    encoded = [
+        form.rows.encode(radiance[rows], None if alpha is None else alpha[rows], **bits)
+        for rows in row_blocks(radiance.shape)
+    ]
     counts = image.samples
     fewest, most = (job.settings.samples,) * 2 if counts is None else (int(counts.min()), int(counts.max()))
     return DrawnBand(np.concatenate(encoded), image.estimate, fewest, most)

@@ -24,6 +24,8 @@ from raytracer.rendering.tile_sums import Counts, TileSums
 from raytracer.rendering.tiles import place
 from raytracer.scene.options import SamplingOptions
 
+MaybeArray = NDArray[np.float32] | None
+
 
 def is_measured(options: SamplingOptions, *, estimates: bool) -> bool:
     """Whether samples must be measured: to choose blocks, or for `estimates` of the error."""
@@ -302,21 +304,21 @@ class Accumulation:
         """The numbers of samples of the part's pixels: (H, W), the top row first, or one number for all."""
         return self._blocks.samples_in(self._part) if self._chooses else self.samples
 
-    def read(self, mean: NDArray[np.float32], deviation: NDArray[np.float32] | None = None) -> Counts:
+    def read(self, mean: NDArray[np.float32], deviation: MaybeArray = None, alpha: MaybeArray = None) -> Counts:
         """Read the samples so far, and return their number: (H, W), or one number for all pixels.
 
-        Args:
-            mean: array for the mean of the samples (H, W, 3)
-            deviation: array for the root of their variance, summed over channels (H, W); None: not needed
-
-        Arrays have the top row first.
+        `mean` is an array for the mean of the samples (H, W, 3), `deviation` for the root of their variance, summed
+        over channels (H, W), and `alpha` for the coverage (H, W). The top row is first. None: not needed.
         """
         is_even = self.samples == 1 or not self._chooses
         for sums in self._sums:
             sums.take_turn()
             tile = sums.tile
             where = place(tile, self._part)
-            sums.read_mean(self.samples if is_even else self._blocks, mean[where])
+            counts = self.samples if is_even else self._blocks
+            sums.read_mean(counts, mean[where])
+            if alpha is not None:
+                sums.read_alpha(counts, alpha[where])
             if self._light_scale != 1.0:
                 mean[where] /= np.float32(self._light_scale)
             if deviation is not None:

@@ -40,6 +40,7 @@ def render(
     precision: Precision | None = None,
     bounces: int | None = None,
     geometry: bool = True,
+    transparent: bool = False,
     backend: Backend | None = None,
     device: int | str | None = None,
     progress: Progress | None = None,
@@ -55,6 +56,9 @@ def render(
             they override `quality`. None leaves a setting unchanged. `adaptive` replaces `max_error` and `time`, and
             they replace `adaptive`. If one of these three is passed without `samples`, the limit is 4096 samples.
         geometry: whether the image has depth, normal, material and error. Default: True.
+        transparent: whether to leave out the background where the camera sees it directly. The image then has `alpha`,
+            the share of each pixel that surfaces cover, and its radiance is premultiplied. `max_error` and `adaptive`
+            count the errors of this radiance. Default: False.
         backend: way to open OpenGL: "auto", "egl", "window" or "osmesa". Default: the environment variable
             RAYTRACER_BACKEND, else "auto".
         device: EGL device: its index, or a part of its name, as `raytracer doctor` lists them. Default: the environment
@@ -98,9 +102,9 @@ def render(
     )
     settings = (patch_from_settings(settings) | chosen).resolve()
     size = check_size(size)
-    geometry = check_flag(geometry, "geometry")
+    geometry, transparent = check_flag(geometry, "geometry"), check_flag(transparent, "transparent")
     check_progress(progress)
     for warning in scene_warnings(scene, settings):
         warnings.warn(warning, stacklevel=2)
     renderer = shared_renderer(shared_device(backend, device))
-    return renderer.render(scene, size, settings, geometry=geometry, progress=progress)
+    return renderer.render(scene, size, settings, geometry=geometry, progress=progress, transparent=transparent)

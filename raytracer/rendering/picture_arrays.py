@@ -33,14 +33,18 @@ _WHY_NO_TIME = "the time was enough for only 1 sample in some pixels"
 class PictureArrays:
     """The arrays of a `part` of a picture, the top row first.
 
-    `features` are the small bright features of the part; None: no error estimate is needed.
+    `features` are the small bright features of the part; None: no error estimate is needed. `transparent`: whether the
+    picture has an alpha.
     """
 
-    def __init__(self, part: Rectangle, options: SamplingOptions, features: Features | None) -> None:
+    def __init__(
+        self, part: Rectangle, options: SamplingOptions, features: Features | None, *, transparent: bool = False
+    ) -> None:
         shape = part[3], part[2]
         self.part = part
         self.options = options
         self.radiance = np.empty((*shape, 3), np.float32)
+        self.alpha = np.empty(shape, np.float32) if transparent else None
         self.samples = np.empty(shape, np.int32) if options.is_adaptive else None
         # The root of the variance of a pixel's samples, summed over channels.
         self.deviation = np.empty(shape, np.float32) if features is not None and options.estimates_error else None
@@ -134,7 +138,8 @@ class PictureArrays:
     def read(self, accumulation: Accumulation, part: Rectangle) -> None:
         """Read the samples of a part into the arrays."""
         where = place(part, self.part)
-        samples = accumulation.read(self.radiance[where], None if self.deviation is None else self.deviation[where])
+        others = (None if array is None else array[where] for array in (self.deviation, self.alpha))
+        samples = accumulation.read(self.radiance[where], *others)
         if self.samples is not None:
             self.samples[where] = samples
         self._fewest = samples if isinstance(samples, int) else int(samples.min())

@@ -23,9 +23,14 @@ class ScenePrograms(NamedTuple):
         return is_current(self.versions)
 
 
-def picture_programs(device: Device, compiled: CompiledScene, *, plane_only: bool, several: bool) -> ScenePrograms:
-    """Compile the programs that draw pictures of a scene. `plane_only`, `several`: see program_sources()."""
-    sources = program_sources(compiled, "picture", device.limits.varyings, plane_only=plane_only, several=several)
+def picture_programs(
+    device: Device, compiled: CompiledScene, *, plane_only: bool, several: bool, transparent: bool = False
+) -> ScenePrograms:
+    """Compile the programs that draw pictures of a scene. Keywords: see program_sources()."""
+    varyings = device.limits.varyings
+    sources = program_sources(
+        compiled, "picture", varyings, plane_only=plane_only, several=several, transparent=transparent
+    )
     versions: dict[str, FileVersion] = {}
     for source in sources.values():
         versions |= dict(source.vertex.versions + source.fragment.versions)

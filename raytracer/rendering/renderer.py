@@ -47,6 +47,7 @@ class _Kept(NamedTuple):
     frame: Frame
     plane_only: bool  # whether plane-only cells have a program of their own
     several: bool  # whether there may be a program for several samples at once in plane-only cells
+    transparent: bool  # whether the programs are those of a transparent picture
     programs: ScenePrograms
     tiles: TileRenderer
     measurements: BlockMeasurements | None
@@ -63,13 +64,14 @@ class _Kept(NamedTuple):
         is_same = frame.compiled is compiled and frame.size == size and frame.part == part
         return is_same and self.plane_only == plane_only
 
-    def draws(self, compiled: CompiledScene, *, plane_only: bool, several: bool) -> bool:
+    def draws(self, compiled: CompiledScene, *, plane_only: bool, several: bool, transparent: bool) -> bool:
         """Whether the programs fit that scene."""
         known = self.frame.compiled
         # Compare by identity: to compare thousands of equal objects takes longer than to generate the shader texts.
         has_objects = compiled.scene.objects is known.scene.objects
         is_alike = compiled is known or (has_objects and compiled.structure == known.structure)
         has_programs = self.plane_only == plane_only and (self.several or not several)
+        has_programs &= self.transparent == transparent
         return is_alike and has_programs and self.programs.are_current()
 
 
@@ -96,11 +98,12 @@ class Renderer:
         tile: int = TILE,
         single_picture: bool = False,
         estimates: bool = True,
+        transparent: bool = False,
     ) -> Image:
         """Render `scene` as `rt.render()` does.
 
         Args:
-            scene, size, settings, geometry, progress: see `rt.render()`
+            scene, size, settings, geometry, progress, transparent: see `rt.render()`
             part: the pixels to draw (x, y, width, height), with the lower left one first, in whole cells of CELL pixels
                 or up to the picture's edge. The image then shows only them, and needs memory only for them: without a
                 stopping rule, it has the same bits as the whole picture; with one, its error is measured for itself.
@@ -123,7 +126,7 @@ class Renderer:
         if estimates:
             # If the samples do not support an error estimate, no features are needed.
             features = bright_features(compiled, size).within(part, size) if options.estimates_error else NO_FEATURES
-        arrays = PictureArrays(part, options, features)
+        arrays = PictureArrays(part, options, features, transparent=transparent)
         # Plane-only cells have programs of their own if these save more time than their compilation takes.
         plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
         # With a time limit, samples are drawn one by one.
@@ -134,7 +137,9 @@ class Renderer:
         with self.device.turn():
             try:
                 shown = surrounding_area(part, whole) if around else part
-                loaded = self._load(compiled, size, shown, target, plane_only=plane_only, several=several)
+                loaded = self._load(
+                    compiled, size, shown, target, plane_only=plane_only, several=several, transparent=transparent
+                )
                 tiles, measurements = loaded.tiles, None
                 if is_measured(options, estimates=estimates):
                     measurements = loaded.measurements
@@ -159,6 +164,8 @@ class Renderer:
             error=arrays.errors() if geometry and estimates else None,
             estimate=estimate,
             metadata=metadata(scene, size, settings, estimate),
+            alpha=arrays.alpha,
+            camera=scene.camera,
         )
 
     def _load(
@@ -170,6 +177,7 @@ class Renderer:
         *,
         plane_only: bool,
         several: bool,
+        transparent: bool,
     ) -> _Kept:
         """Upload the parts of a scene that are not on the GPU, for a part of the picture of `size`.
 
@@ -181,13 +189,17 @@ class Renderer:
         else:
             previous = kept.frame if kept else None
             frame = make_frame(compiled, size, self.device.limits, previous, part=part, plane_only=plane_only)
-        if kept and kept.draws(compiled, plane_only=plane_only, several=several):
+        if kept and kept.draws(compiled, plane_only=plane_only, several=several, transparent=transparent):
             programs, several = kept.programs, kept.several
         else:
-            programs = picture_programs(self.device, compiled, plane_only=plane_only, several=several)
-        if kept is None or kept.tiles.target[0] < target[0] or kept.tiles.target[1] < target[1]:
+            programs = picture_programs(
+                self.device, compiled, plane_only=plane_only, several=several, transparent=transparent
+            )
+        is_small = kept is None or kept.tiles.target[0] < target[0] or kept.tiles.target[1] < target[1]
+        if kept is None or is_small or kept.transparent != transparent:
             self.close()
-            kept = _Kept(frame, plane_only, several, programs, TileRenderer(self.device, target), None)
+            tiles = TileRenderer(self.device, target, transparent=transparent)
+            kept = _Kept(frame, plane_only, several, transparent, programs, tiles, None)
         self._kept = kept._replace(frame=frame, plane_only=plane_only, several=several, programs=programs)
         kept.tiles.load(programs.by_name, frame)
         return self._kept

@@ -41,20 +41,24 @@ _CUT_SHORT = -(2**31)
 _INFINITE = 1e29
 # The textures of which each tile has its own: the sums of its samples, a kept copy of earlier sums, and the sums before
 # the current ones.
-_SUMS = "radiance", "earlierSum", "summedBefore"
+_SUMS = "radiance", "coverage", "earlierSum", "summedBefore"
 _PROGRAMS = SEE, SHAPES, SHADE, PICTURE, PLANE_ONLY, SEVERAL, EMPTY
 
 
 class TileRenderer:
     """Draws tiles into targets of `target` (width, height) pixels. Holds targets and scene on the GPU until closed.
 
-    With `geometry` there is also a target for distances and normals, which the program SEE draws.
+    With `geometry` there is also a target for distances and normals, which the program SEE draws. If `transparent`,
+    there is one for the coverage, and the programs must be those of a transparent picture.
     """
 
-    def __init__(self, device: Device, target: tuple[int, int], *, geometry: bool = False) -> None:
+    def __init__(
+        self, device: Device, target: tuple[int, int], *, geometry: bool = False, transparent: bool = False
+    ) -> None:
         self.player = DrawPlayer(device)
         self.target = target
         self.has_geometry = geometry
+        self.is_transparent = transparent
         self.draws_together = False  # whether SAMPLES_AT_ONCE samples at once take less time than one after another
         self._is_software = device.limits.is_llvmpipe
         self._buffers = SceneBuffers(device.context)
@@ -68,6 +72,8 @@ class TileRenderer:
             self.player.add_texture("normalDepth", target, 4)
         # RGB: the sums of the samples, times the light_scale; alpha: the sums of their squared lengths.
         self.player.add_texture("radiance", target, 4)
+        if transparent:
+            self.player.add_texture("coverage", target, 1)  # the numbers of samples that hit a surface
 
     def load(self, programs: Mapping[str, Program], frame: Frame) -> None:
         """Upload the numbers of a frame, and use `programs` (by name) to draw it.
@@ -130,6 +136,8 @@ class TileRenderer:
         if not self.player.has_texture("radiance"):
             for name in ("radiance", "earlierSum"):
                 self.player.add_texture(name, self._size, 4)
+            if self.is_transparent:
+                self.player.add_texture("coverage", self._size, 1)
 
     def drop_others(self) -> None:
         """Switch to tile 0, and release the sums of all other tiles."""
@@ -186,9 +194,10 @@ class TileRenderer:
 
     def _play(self, meshes: Meshes, tile: Rectangle, samples: Sequence[Sample], target: str = "radiance") -> None:
         self._buffers.bind()
+        targets = (target, "coverage") if self.is_transparent and target == "radiance" else (target,)
         self.player.play(
             sample_draws(
-                meshes, tile, samples, self._seen, shades=self._shades, constants=self._constants, target=target
+                meshes, tile, samples, self._seen, shades=self._shades, constants=self._constants, targets=targets
             )
         )
 
@@ -213,6 +222,10 @@ class TileRenderer:
         if self._rounds > MAX_ROUNDS:
             _check_rounds(sums.min(initial=0.0) < -_INFINITE)
         return sums
+
+    def read_coverage(self, part: Rectangle) -> NDArray[np.float32]:
+        """Read the numbers of samples that hit a surface in a part of the target (H, W), the top row first."""
+        return self.player.read("coverage", part, 1)[::-1, :, 0]
 
     def read_replicate(self, part: Rectangle) -> NDArray[np.float32]:
         """Read the sums in a part of the texture "replicate" (H, W, 3), the lowest row first."""

@@ -26,9 +26,9 @@ class TileSums:
         self.tile, self.area = tile, area
         self._renderer, self._number = renderer, number
         self._total: Any = None  # the sums of the area that were read so far (H, W, 3)
-        self._variance: NDArray[np.float32] | None = (
-            None  # the variance of the first SAMPLES_PER_SUM samples (H, W), bottom up
-        )
+        self._covered: NDArray[np.float32] | None = None  # the coverage of the area that was read so far (H, W)
+        # The variance of the first SAMPLES_PER_SUM samples (H, W), bottom up.
+        self._variance: NDArray[np.float32] | None = None
 
     def take_turn(self) -> None:
         """Switch the renderer to this tile."""
@@ -47,6 +47,10 @@ class TileSums:
         # The total is float64 from the second part on; before, float64 would not change a bit of the mean.
         self._total = sums if self._total is None else np.add(self._total, sums, dtype=np.float64)
         self._renderer.write_sums_before(self._total)
+        if self._renderer.is_transparent:
+            # Exact in float32: there are at most 65536 samples.
+            covered = self._renderer.read_coverage((0, 0, *self.area[2:]))
+            self._covered = covered if self._covered is None else self._covered + covered
 
     def read_mean(self, counts: Blocks | int, out: NDArray[np.float32]) -> None:
         """Read the mean of the tile's samples into `out` (H, W, 3), the top row first.
@@ -58,6 +62,15 @@ class TileSums:
         for top in range(0, height, rows):
             strip = x, max(y, y + height - top - rows), width, min(rows, height - top)
             self._read_mean_of(strip, counts, out[top : top + rows])
+
+    def read_alpha(self, counts: Blocks | int, out: NDArray[np.float32]) -> None:
+        """Read the share of the tile's samples that hit a surface into `out` (H, W). `counts`: see read_mean()."""
+        (x, y, *size), area = self.tile, self.area
+        covered = self._renderer.read_coverage((x - area[0], y - area[1], *size))
+        if self._covered is not None:
+            covered = covered + self._covered[_within(self.tile, area)]
+        divisors = counts if isinstance(counts, int) else counts.samples_in(self.tile)
+        np.divide(covered, divisors, out=out, casting="same_kind")
 
     def _read_mean_of(self, strip: Rectangle, counts: Blocks | int, out: NDArray[np.float32]) -> None:
         area = self.area

@@ -1,6 +1,7 @@
 // Pass 2: the light that reaches the camera from the surface that each pixel sees.
 // If the host defines OVER_PLANES, `surface` leaves out half-spaces, all surfaces in it are nearer than the
 // half-spaces, and this pass finds the half-spaces itself.
+// If it defines TRANSPARENT, the background does not count where the camera sees it directly.
 
 #include "scene.glsl"
 #include "shading/lighting.glsl"
@@ -11,7 +12,12 @@
 uniform isampler2D surface;  // from visibility.frag
 flat in vec3 background;
 
+#ifdef TRANSPARENT
+layout(location = 0) out vec4 radiance;
+layout(location = 1) out float coverage;  // 1 where a surface is visible, 0 where only the background is
+#else
 out vec4 radiance;  // linear RGB; .a is its squared length, and the sums of both give the error (error.frag)
+#endif
 
 void main() {
     Ray view = cameraRay();
@@ -30,6 +36,10 @@ void main() {
     vec3 c = radianceByMirrors(mat, view, background);
 #else
     vec3 c = mat == 0 ? background : radianceAt(mat, view);
+#endif
+#ifdef TRANSPARENT
+    if (mat == 0) c = vec3(0.0);
+    coverage = mat == 0 ? 0.0 : 1.0;
 #endif
     radiance = vec4(c, dot(c, c));
 #ifdef MANY_ROUNDS

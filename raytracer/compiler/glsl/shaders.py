@@ -9,7 +9,7 @@ of a user's: the generated code forms names from numbers only.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -59,6 +59,7 @@ def program_sources(
     *,
     plane_only: bool = True,
     several: bool = False,
+    transparent: bool = False,
 ) -> dict[str, ProgramSource]:
     """Generate the programs that draw a scene, by their names (meshes.py).
 
@@ -68,14 +69,16 @@ def program_sources(
         varyings: The number of the driver's varying components.
         plane_only: Whether plane-only cells have a program of their own.
         several: Whether to add a program that draws several samples of plane-only cells at once, if it saves time.
+        transparent: Whether the programs of a picture leave out the visible background, and draw the coverage, too.
     """
+    alpha = {"TRANSPARENT": 1} if transparent else {}
     handed = handed_constants(compiled, varyings)
     sources: dict[str, ProgramSource] = {}
     cells = _vertex_source(compiled, handed)
     if show == "picture" and compiled.is_one_pass:
-        sources[PICTURE] = ProgramSource(cells, _picture_source(compiled, handed))
+        sources[PICTURE] = ProgramSource(cells, _picture_source(compiled, handed, alpha))
     elif show == "picture":
-        sources[SHADE] = ProgramSource(cells, _shade_source(compiled, handed))
+        sources[SHADE] = ProgramSource(cells, _shade_source(compiled, handed, alpha))
     if show != "picture" or not (compiled.is_one_pass or compiled.is_over_planes):
         sources[SEE] = ProgramSource(cells, _visibility_source(compiled, handed, geometry=show != "picture"))
     if show and show != "picture":
@@ -86,13 +89,13 @@ def program_sources(
         sources[SHAPES] = _shapes_source(compiled, handed, geometry=show != "picture")
     if show == "picture" and compiled.has_plane_only_cells:
         if plane_only and compiled.batches.planes:
-            sources[PLANE_ONLY] = ProgramSource(cells, _plane_only_source(compiled, handed))
+            sources[PLANE_ONLY] = ProgramSource(cells, _plane_only_source(compiled, handed, alpha))
             if several and _are_samples_cheap(compiled):
                 # Each further sample needs two components for its place.
                 handed = handed_constants(compiled, varyings - 2 * (SAMPLES_AT_ONCE - 1))
                 vertex = _vertex_source(compiled, handed, SAMPLES_AT_ONCE)
-                sources[SEVERAL] = ProgramSource(vertex, _plane_only_source(compiled, handed, SAMPLES_AT_ONCE))
-        sources[EMPTY] = ProgramSource(plain_vertex_source(), assemble("passes/empty.frag"))
+                sources[SEVERAL] = ProgramSource(vertex, _plane_only_source(compiled, handed, alpha, SAMPLES_AT_ONCE))
+        sources[EMPTY] = ProgramSource(plain_vertex_source(), assemble("passes/empty.frag", alpha))
     return sources
 
 
@@ -154,9 +157,9 @@ def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -
     return ProgramSource(vertex, assemble("passes/visibility.frag", defines, {"scene.glsl": "\n".join(generated)}))
 
 
-def _picture_source(compiled: CompiledScene, handed: Handed) -> Source:
+def _picture_source(compiled: CompiledScene, handed: Handed, alpha: Mapping[str, int]) -> Source:
     """Generate the fragment shader that finds the surface of each pixel and computes its light."""
-    defines = _defines(compiled) | _light_defines(compiled) | _handed_defines(compiled, handed)
+    defines = _defines(compiled) | _light_defines(compiled) | _handed_defines(compiled, handed) | alpha
     generated = [*_includes(compiled, handed), "", *camera_query(compiled, handed)]
     if compiled.lights or compiled.has_mirrors:
         generated += [*_lights(compiled), *_light_rays(compiled)]
@@ -169,10 +172,10 @@ def _picture_source(compiled: CompiledScene, handed: Handed) -> Source:
     return assemble("passes/picture.frag", defines, {"scene.glsl": "\n".join(generated)} | _material(compiled))
 
 
-def _shade_source(compiled: CompiledScene, handed: Handed) -> Source:
+def _shade_source(compiled: CompiledScene, handed: Handed, alpha: Mapping[str, int]) -> Source:
     """Generate the fragment shader that computes the light from the surface of each pixel."""
     options, lights, has_mirrors = compiled.options, compiled.lights, compiled.has_mirrors
-    defines = _defines(compiled) | _light_defines(compiled) | _handed_defines(compiled, handed)
+    defines = _defines(compiled) | _light_defines(compiled) | _handed_defines(compiled, handed) | alpha
     if not lights and not compiled.is_over_planes and not has_mirrors:
         return assemble(
             "passes/shade.frag", defines, {"scene.glsl": '#include "geometry/camera.glsl"'} | _material(compiled)
@@ -195,13 +198,14 @@ def _shade_source(compiled: CompiledScene, handed: Handed) -> Source:
     return assemble("passes/shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _material(compiled))
 
 
-def _plane_only_source(compiled: CompiledScene, handed: Handed, samples: int = 1) -> Source:
+def _plane_only_source(compiled: CompiledScene, handed: Handed, alpha: Mapping[str, int], samples: int = 1) -> Source:
     """Generate the fragment shader of plane-only cells (grounds.py), which finds the half-space and computes its light.
 
     The program draws `samples` samples at once.
     """
     planes = named_planes(compiled, handed)
     defines = _defines(compiled) | _light_defines(compiled) | {"NO_SPHERES": 1} | _handed_defines(compiled, handed)
+    defines |= alpha
     if len(planes) == 1:
         defines["ONLY"] = planes[0][0]
         defines |= {"ONLY_MATERIAL": 1} if handed.material else {}
