@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.analysis.figures import new_figure, save_figure, set_text
-from raytracer.analysis.image_difference import Comparison, PictureRows, size_text
+from raytracer.analysis.image_difference import Comparison, size_text
 from raytracer.core.output import Writer, write_atomically
-from raytracer.formats.radiance import row_blocks
+from raytracer.formats.radiance import PictureRows, row_blocks
 
 # The ends of the colour scale, in linear radiance: far less than 8 bits can show, and white. The ends are fixed, so
 # that figures can be compared with each other.

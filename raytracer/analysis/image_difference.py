@@ -7,8 +7,10 @@ JSON and its options. A metric that is measured only on request also needs a key
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Collection
-from typing import Any, Literal, NamedTuple, Protocol
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +20,8 @@ from raytracer.core.record import Record, public
 from raytracer.core.suggest import install_command, missing_extra
 from raytracer.core.validation import MAX_SIDE, InputError, Keys, check_choice, number, vector
 from raytracer.formats.image import Image
-from raytracer.formats.radiance import MAX_RADIANCE, check_radiance, row_blocks
+from raytracer.formats.image_files import FORMATS, load_picture
+from raytracer.formats.radiance import MAX_RADIANCE, PictureRows, StoredPicture, check_radiance, row_blocks
 
 # A visible difference: one of 255 sRGB levels near white, three in middle grey.
 THRESHOLD = 0.01
@@ -41,6 +44,8 @@ class Comparison(Record, frozen=True):
         over: The share of pixels with a channel that differs by more than `threshold`.
         flip: The mean of FLIP's error map, 0 to 1 (Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating
             Images"); None unless the caller requested it.
+        alpha: The root mean square difference of alpha, where an opaque picture has an alpha of 1; None if both
+            pictures are opaque. The radiance of transparent pictures is compared premultiplied, as before black.
     """
 
     rmse: float
@@ -51,11 +56,12 @@ class Comparison(Record, frozen=True):
     threshold: float
     over: float
     flip: float | None = None
+    alpha: float | None = None
 
 
 def compare(
-    a: Image | ArrayLike,
-    b: Image | ArrayLike,
+    a: Image | ArrayLike | str | os.PathLike[str],
+    b: Image | ArrayLike | str | os.PathLike[str],
     *,
     threshold: float = THRESHOLD,
     flip: Literal["ldr", "hdr"] | None = None,
@@ -63,29 +69,26 @@ def compare(
     """Measure the differences between a picture and a reference.
 
     Args:
-        a: The picture: an Image, or an array (H, W, 3) of linear radiance.
+        a: The picture: an Image, an array (H, W, 3) of linear radiance, or the path of a .png, .npz or .exr. If only
+            one of the two is a .png, the other one is clipped to [0, 1], as every .png is.
         b: The reference, of the same size.
         threshold: A pixel counts in `over` if a channel differs by more. Linear radiance. Default: 0.01.
         flip: Measure FLIP, too, of radiance within [0, 1] ("ldr"), or at all exposures that suit the reference ("hdr";
             Andersson et al. 2021, "Visualizing Errors in Rendered High Dynamic Range Images"). It needs the package
             flip-evaluator. Default: None.
 
-    Raises InputError for other arrays, for pictures of two sizes, for numbers that are not finite, for a threshold
-    below 0, and if flip-evaluator is not installed.
+    Raises InputError for other arrays, for files that are no pictures, for pictures of two sizes, for numbers that are
+    not finite, for a threshold below 0, and if flip-evaluator is not installed.
     """
     threshold = number(threshold, "threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
     if flip is not None:
         check_choice(flip, "flip", ("ldr", "hdr"), expected="ldr, hdr or None")
     requested, span = ((), "ldr") if flip is None else (("flip",), flip)
-    return measure_difference(_picture(a, "a"), _picture(b, "b"), threshold, requested, span)
-
-
-class PictureRows(Protocol):
-    """A picture (H, W, 3) of finite linear radiance that is read by slices of rows: an array, or an open file."""
-
-    @property
-    def shape(self) -> tuple[int, ...]: ...
-    def __getitem__(self, rows: slice, /) -> NDArray[Any]: ...
+    clipped = [_is_clipped(picture) for picture in (a, b)]
+    pictures = [_picture(a, "a"), _picture(b, "b")]
+    if clipped[0] != clipped[1]:
+        pictures = [clip(picture) for picture in pictures]
+    return measure_difference(*pictures, threshold, requested, span)
 
 
 # The range of radiance that FLIP compares: [0, 1], as a screen shows it, or all of it.
@@ -97,19 +100,42 @@ class Metric(NamedTuple):
 
     Attributes:
         field: The field of Comparison that holds the value.
-        row: Returns the label and the value as text.
+        row: Returns the label and the value as text, or None if the metric was not measured.
         help: The help text of the metric's option.
         measure: Measures whole pictures. A metric with `measure` is measured only on request.
     """
 
     field: str
-    row: Callable[[Comparison], tuple[str, str]]
+    row: Callable[[Comparison], tuple[str, str] | None]
     help: str = ""
     measure: Callable[[PictureRows, PictureRows, Span], float] | None = None
 
 
+class _ClippedRows:
+    """A picture (H, W, 3) whose rows are clipped to [0, 1] when they are read."""
+
+    def __init__(self, picture: PictureRows) -> None:
+        self._picture = picture
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self._picture.shape
+
+    def __getitem__(self, rows: slice) -> NDArray[Any]:
+        return np.clip(self._picture[rows], 0.0, 1.0)
+
+
+def clip(picture: StoredPicture) -> StoredPicture:
+    """Return a picture whose radiance is clipped to [0, 1], as every .png is."""
+    return picture._replace(radiance=_ClippedRows(picture.radiance))
+
+
 def measure_difference(
-    a: PictureRows, b: PictureRows, threshold: float, requested: Collection[str] = (), span: Span = "ldr"
+    first: StoredPicture,
+    second: StoredPicture,
+    threshold: float,
+    requested: Collection[str] = (),
+    span: Span = "ldr",
 ) -> Comparison:
     """Measure the differences between two checked pictures.
 
@@ -117,6 +143,7 @@ def measure_difference(
     rows of the pictures are in memory at a time. Raises InputError for pictures of two sizes, and if a metric's package
     is not installed.
     """
+    a, b = first.radiance, second.radiance
     if a.shape != b.shape:
         raise InputError(f"expected pictures of one size, got {size_text(a)} and {size_text(b)}")
     height, width, _ = a.shape
@@ -140,8 +167,17 @@ def measure_difference(
         relative=rmse / root if root else None,
         threshold=threshold,
         over=over / (height * width),
+        alpha=_alpha_difference(first.alpha, second.alpha),
         **{m.field: m.measure(a, b, span) for m in METRICS if m.measure and m.field in requested},
     )
+
+
+def _alpha_difference(a: NDArray[Any] | None, b: NDArray[Any] | None) -> float | None:
+    """Return the root mean square difference of alpha [H, W], where None is opaque; None if both are opaque."""
+    if a is None and b is None:
+        return None
+    off = np.subtract(1.0 if a is None else a, 1.0 if b is None else b, dtype=np.float64)
+    return math.sqrt(np.mean(np.square(off)))
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
@@ -152,8 +188,7 @@ def as_json(comparison: Comparison) -> dict[str, Any]:
 
 def as_rows(comparison: Comparison) -> list[tuple[str, str]]:
     """Return a label and a text for each metric that was measured."""
-    measured = [metric for metric in METRICS if not metric.measure or getattr(comparison, metric.field) is not None]
-    return [metric.row(comparison) for metric in measured]
+    return [row for metric in METRICS if (row := metric.row(comparison))]
 
 
 def size_text(picture: PictureRows) -> str:
@@ -162,13 +197,21 @@ def size_text(picture: PictureRows) -> str:
     return f"{width}x{height}"
 
 
-def _picture(values: Image | ArrayLike, name: str) -> NDArray[Any]:
-    expected = "an Image, or an array (H, W, 3) of numbers"
+def _is_clipped(picture: Any) -> bool:
+    """Whether a picture is the path of a file of a format that clips radiance."""
+    suffix = Path(picture).suffix.lower() if isinstance(picture, str | os.PathLike) else ""
+    return suffix in FORMATS and FORMATS[suffix].is_clipped
+
+
+def _picture(values: Image | ArrayLike | str | os.PathLike[str], name: str) -> StoredPicture:
+    if isinstance(values, str | os.PathLike):
+        return load_picture(values)
+    expected = "an Image, an array (H, W, 3) of numbers, or the path of a picture"
     picture = number_array(values, name, MAX_SIDE, _row, expected)
     if picture.ndim != 3 or picture.shape[2] != 3 or not picture.size:
         raise InputError(f"expected {expected}, got {picture.shape} of {picture.dtype}", name)
     check_radiance(picture, name)
-    return picture
+    return StoredPicture(picture, values.alpha if isinstance(values, Image) else None)
 
 
 def _row(values: Any, keys: Keys) -> NDArray[Any]:
@@ -212,9 +255,13 @@ METRICS = (
     Metric("over", lambda c: (f"over {c.threshold:g}", f"{100.0 * c.over:.3g} % of the pixels")),
     Metric(
         "flip",
-        lambda c: ("FLIP", f"{c.flip:.3g}"),
-        "also measure FLIP; for two .npz files in high dynamic range. Needs flip-evaluator: "
+        lambda c: None if c.flip is None else ("FLIP", f"{c.flip:.3g}"),
+        "also measure FLIP; without a .png in high dynamic range. Needs flip-evaluator: "
         f"{install_command('flip')} in the checkout.",
         _flip,
+    ),
+    Metric(
+        "alpha",
+        lambda c: None if c.alpha is None else ("alpha", f"RMSE {c.alpha:.3g}; the radiance is premultiplied"),
     ),
 )

@@ -67,14 +67,19 @@ def add_size(parser: argparse.ArgumentParser, default: str = "the size in the sc
     )
 
 
-def add_picture_options(parser: argparse.ArgumentParser) -> None:
-    """Add --transparent and --bits."""
+def add_transparent(parser: argparse.ArgumentParser) -> None:
+    """Add --transparent."""
     parser.add_argument(
         "--transparent",
         action="store_true",
         help="leave out the background where the camera sees it directly, and write alpha, the share of each pixel "
         "that surfaces cover. Mirrors still show the background. Default: an opaque picture.",
     )
+
+
+def add_picture_options(parser: argparse.ArgumentParser) -> None:
+    """Add --transparent and --bits."""
+    add_transparent(parser)
     parser.add_argument(
         "--bits",
         metavar="N",

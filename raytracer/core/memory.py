@@ -38,7 +38,13 @@ def check_memory(needed: int, size: tuple[int, int]) -> None:
         warnings.warn(f"this picture needs {gib:.1f} GiB of memory", stacklevel=4)
 
 
-def picture_bytes(size: tuple[int, int], geometry: bool, refines: bool = False, keeps_sums: bool = False) -> int:
+def picture_bytes(
+    size: tuple[int, int],
+    geometry: bool,
+    refines: bool = False,
+    keeps_sums: bool = False,
+    transparent: bool = False,
+) -> int:
     """Return an upper bound of the memory for rendering and saving a picture, in bytes, without the program itself.
 
     Args:
@@ -47,8 +53,9 @@ def picture_bytes(size: tuple[int, int], geometry: bool, refines: bool = False, 
         refines: whether pixels get different numbers of samples.
         keeps_sums: whether the sums of all samples are kept on the GPU, which may share the machine's memory: for
             pictures with a stopping rule (`max_error` or `time`).
+        transparent: whether the picture has an alpha.
     """
     # Bytes per pixel. Radiance: 12. Geometry: depth 4, normal 12, material 4 and its index 4, error 4. Number of
     # samples: twice 4. Sums: current sums 16, a copy of earlier sums 16, the sums before those 12, and the float64 copy
-    # of the latter on the CPU 24.
-    return size[0] * size[1] * (12 + 28 * geometry + 8 * refines + 68 * keeps_sums)
+    # of the latter on the CPU 24. Alpha: 4, its sum on the GPU 4, and the sum before on the CPU 4.
+    return size[0] * size[1] * (12 + 28 * geometry + 8 * refines + 68 * keeps_sums + 12 * transparent)

@@ -62,6 +62,8 @@ class ImageFormat(NamedTuple):
         most_bytes: the largest size of a file that is read, in bytes.
         is_clipped: whether the format clips radiance to [0, 1].
         bits: the numbers of bits per channel that can be written, the default first. Default: none, no choice.
+        writing_bytes: the memory that writing takes besides the image's arrays, in bytes per pixel. Default: 0, as rows
+            are written one after another.
         require: a function that raises InputError if the package is missing that the format needs. Default: none.
         rows: the way to write a picture row by row. None: there is none.
     """
@@ -75,6 +77,7 @@ class ImageFormat(NamedTuple):
     most_bytes: int
     is_clipped: bool
     bits: tuple[int, ...] = ()
+    writing_bytes: int = 0
     require: Callable[[], object] | None = None
     rows: RowFormat | None = None
 
@@ -116,6 +119,7 @@ FORMATS: dict[str, ImageFormat] = {
         read_metadata=image_exr.read_metadata,
         most_bytes=2**31 - 1,  # as for .npz: more than the uncompressed size of all our channels of the largest picture
         is_clipped=False,
+        writing_bytes=4 * 12,  # a copy of each channel
         require=image_exr.require,
         rows=RowFormat(image_exr.join_channels, image_exr.ExrWriter),
     ),

@@ -53,6 +53,7 @@ def trace_converged(
     *,
     samples: int = SAMPLES,
     tolerance: float = TOLERANCE,
+    transparent: bool = False,
     cache: bool = True,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -66,6 +67,7 @@ def trace_converged(
         settings: only shading, shadows and bounces count. Default: Settings().
         samples: the most samples per pixel. Each pixel gets at least 16.
         tolerance: the accepted standard error of a pixel, in linear radiance. Pixels above it get more samples.
+        transparent: whether the picture has an alpha, and radiance without the background behind it. Default: False.
         cache: whether to use the disk cache (disk_cache.py). Default: True.
         workers: the number of processes; the result does not depend on it. Default: one per processor. Processes are
             spawned, so a script that calls this function needs `if __name__ == "__main__":`.
@@ -81,7 +83,7 @@ def trace_converged(
         InputError: a wrong value.
     """
     begin = time.perf_counter()
-    job = make_job(scene, size, settings or Settings(), samples, tolerance)
+    job = make_job(scene, size, settings or Settings(), samples, tolerance, transparent=transparent)
     file = disk_cache.cache_path(job) if cache else None
     image = disk_cache.read(file, job) if file else None
     is_traced = image is None
@@ -94,7 +96,7 @@ def trace_converged(
     assert image.error is not None and image.samples is not None
     estimate = _estimate(image.error, float(image.samples.mean()), time.perf_counter() - begin)
     metadata = picture_texts(scene.name, _description(job), estimate, is_timed=is_traced)
-    return image.replace(estimate=estimate, metadata=metadata)
+    return image.replace(estimate=estimate, metadata=metadata, camera=scene.camera)
 
 
 def _description(job: Job) -> str:
@@ -118,6 +120,7 @@ def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:
     count = width * height
     total, variance = np.zeros((count, 3)), np.zeros((count, 3))  # n times the mean, n^2 times the mean's variance
     taken = np.zeros(count, np.int32)  # samples of each pixel so far
+    covered = np.zeros(count)  # the samples of each pixel that hit a surface
     depth, normal, material = np.empty(count), np.empty((count, 3)), np.empty(count, np.int32)
     active = np.arange(count)  # the pixels that get more samples in this round
     most = job.most_samples
@@ -132,6 +135,7 @@ def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:
                 total[pixels] += n * result.mean
                 variance[pixels] += n**2 * result.variance
                 taken[pixels] += n
+                covered[pixels] += n * result.coverage
                 if result.centre:
                     depth[pixels], normal[pixels], material[pixels] = result.centre[1:]
                 done += n * len(pixels)
@@ -150,6 +154,7 @@ def _trace(job: Job, workers: int | None, progress: Progress | None) -> Image:
         material=material.reshape(height, width),
         samples=taken.reshape(height, width),
         error=(np.sqrt(variance.mean(axis=1)) / taken).reshape(height, width),
+        alpha=(covered / taken).reshape(height, width) if job.transparent else None,
     )
 
 

@@ -52,6 +52,7 @@ def cache_path(job: Job) -> Path:
         "settings": [job.settings.shading, job.settings.shadows, job.settings.bounces],
         "samples": job.samples,
         "tolerance": job.tolerance,
+        "transparent": job.transparent,
         "numpy": np.__version__,  # another version may have other random numbers
         "sources": _hash_sources(),
     }
@@ -69,6 +70,7 @@ def read(path: Path, job: Job) -> Image | None:
         "material": ((height, width), np.int32),
         "samples": ((height, width), np.int32),
         "error": ((height, width), np.float64),
+        **({"alpha": ((height, width), np.float64)} if job.transparent else {}),
     }
 
     def check(name: str, shape: tuple[int, ...], dtype: Any) -> None:
@@ -98,6 +100,7 @@ def _is_possible(image: Image, job: Job) -> bool:
         (image.normal, -_UNIT, _UNIT),
         (image.material, -1, len(job.scene.materials) - 1),
         (image.samples, FIRST_SAMPLES, job.most_samples),
+        *([] if image.alpha is None else [(image.alpha, 0.0, 1.0)]),
     )
     within = all(bool(((values >= low) & (values <= high)).all()) for values, low, high in ranges)
     return within and bool((np.isinf(image.depth) == (image.material < 0)).all())

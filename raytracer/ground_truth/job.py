@@ -25,7 +25,8 @@ _SHARE_AFTER_FIRST_ROUND = 0.1
 
 
 class Job(msgspec.Struct, frozen=True):
-    """A converged picture to trace: scene, `size` (width, height) and accuracy, as for `converged.trace_converged`.
+    """A converged picture to trace: scene, `size` (width, height), accuracy and whether it is transparent, as for
+    `converged.trace_converged`.
 
     In `settings`, only shading, shadows and bounces may differ from the defaults.
     """
@@ -35,6 +36,7 @@ class Job(msgspec.Struct, frozen=True):
     settings: Settings
     samples: int = SAMPLES
     tolerance: float = TOLERANCE
+    transparent: bool = False
 
     @property
     def most_samples(self) -> int:
@@ -47,7 +49,9 @@ class Job(msgspec.Struct, frozen=True):
         return FIRST_SAMPLES + _SHARE_AFTER_FIRST_ROUND * (self.most_samples - FIRST_SAMPLES)
 
 
-def make_job(scene: Scene, size: tuple[int, int], settings: Settings, samples: int, tolerance: float) -> Job:
+def make_job(
+    scene: Scene, size: tuple[int, int], settings: Settings, samples: int, tolerance: float, *, transparent: bool
+) -> Job:
     """Check all values and return a job, without the settings that do not affect a converged picture.
 
     Raises InputError.
@@ -57,7 +61,7 @@ def make_job(scene: Scene, size: tuple[int, int], settings: Settings, samples: i
     settings = Settings(shading=settings.shading, shadows=settings.shadows, bounces=settings.bounces)
     for material in scene.materials:
         settings.shaded(material)  # raise an error of the conversion here and not in a worker process
-    return Job(scene, size, settings, samples, tolerance)
+    return Job(scene, size, settings, samples, tolerance, transparent)
 
 
 def check_accuracy(samples: Any, tolerance: Any) -> tuple[int, float]:

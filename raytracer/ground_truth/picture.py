@@ -37,6 +37,7 @@ def reference(
     shading: Shading | None = None,
     shadows: Shadows | None = None,
     bounces: int | None = None,
+    transparent: bool = False,
     cache: bool = True,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -56,6 +57,7 @@ def reference(
         shading: overrides `settings.shading`. None does not. Default: None.
         shadows: overrides `settings.shadows`. None does not. Default: None.
         bounces: overrides `settings.bounces`. None does not. Default: None.
+        transparent: whether the picture has an alpha, as for `render`. Default: False.
         cache: whether to store the reference on the disk, and read it from there the next time. The folder is the
             environment variable RAYTRACER_CACHE, or the user's cache folder. Default: True.
         workers: the number of processes. The result does not depend on it. Default: one per processor. The processes
@@ -77,7 +79,7 @@ def reference(
     merged = (patch_from_settings(settings).without_sampling() | overrides).resolve()
     size = check_size(size)
     samples, tolerance = check_accuracy(samples, tolerance)
-    cache = check_flag(cache, "cache")
+    cache, transparent = check_flag(cache, "cache"), check_flag(transparent, "transparent")
     if workers is not None:
         workers = integer(workers, "workers", 1, _MOST_WORKERS)
     check_progress(progress)
@@ -90,4 +92,4 @@ def reference(
             warnings.warn(f"this takes {cost}", stacklevel=4)
 
     options: dict[str, Any] = {"samples": samples, "tolerance": tolerance, "cache": cache, "workers": workers}
-    return trace_converged(scene, size, merged, **options, progress=progress, before=announce)
+    return trace_converged(scene, size, merged, **options, transparent=transparent, progress=progress, before=announce)

@@ -40,10 +40,13 @@ class Task(NamedTuple):
 
 
 class TaskResult(NamedTuple):
-    """The results for P pixels: mean radiance and its variance [P, 3], and in the first round the centre rays."""
+    """The results for P pixels: mean radiance and its variance [P, 3], the share of samples that hit a surface [P], and
+    in the first round the centre rays.
+    """
 
     mean: Array
     variance: Array
+    coverage: Array
     centre: ray_tracer.RayResults | None
 
 
@@ -73,10 +76,13 @@ class TaskTracer:
         rng = np.random.default_rng((_SEED, *task.key))
         offsets, *light_points = _stratified_points(rng, len(x), task.samples, 1 + lights)
         shifts = np.stack(light_points, axis=-2) if lights else None
-        radiance = self._trace(x[:, None, None] + offsets[..., 0], y[:, None, None] + offsets[..., 1], shifts).radiance
+        traced = self._trace(x[:, None, None] + offsets[..., 0], y[:, None, None] + offsets[..., 1], shifts)
+        is_hit = np.isfinite(traced.depth)
+        radiance = np.where(is_hit[:, None], traced.radiance, 0.0) if self._job.transparent else traced.radiance
         sets = radiance.reshape(len(x), _SETS, -1, 3).mean(axis=2)
         centre = self._trace(x + 0.5, y + 0.5, None) if task.key[0] == 0 else None
-        return TaskResult(sets.mean(axis=1), sets.var(axis=1, ddof=1) / _SETS, centre)
+        coverage = is_hit.reshape(len(x), -1).mean(axis=1)
+        return TaskResult(sets.mean(axis=1), sets.var(axis=1, ddof=1) / _SETS, coverage, centre)
 
     def _trace(self, x: Array, y: Array, shifts: Array | None) -> ray_tracer.RayResults:
         """Trace the rays through points of the picture, in batches that fit into memory."""

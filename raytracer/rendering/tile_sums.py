@@ -65,8 +65,8 @@ class TileSums:
 
     def read_alpha(self, counts: Blocks | int, out: NDArray[np.float32]) -> None:
         """Read the share of the tile's samples that hit a surface into `out` (H, W). `counts`: see read_mean()."""
-        (x, y, *size), area = self.tile, self.area
-        covered = self._renderer.read_coverage((x - area[0], y - area[1], *size))
+        (x, y, width, height), area = self.tile, self.area
+        covered = self._renderer.read_coverage((x - area[0], y - area[1], width, height))
         if self._covered is not None:
             covered = covered + self._covered[_within(self.tile, area)]
         divisors = counts if isinstance(counts, int) else counts.samples_in(self.tile)

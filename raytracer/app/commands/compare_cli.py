@@ -14,13 +14,14 @@ from raytracer.analysis.image_difference import (
     Comparison,
     as_json,
     as_rows,
+    clip,
     measure_difference,
 )
 from raytracer.core.output import check_output
 from raytracer.core.suggest import install_command
 from raytracer.core.terminal import print_json, print_lines
 from raytracer.core.validation import InputError, number
-from raytracer.formats.image_files import FORMATS, load_radiance, read_size
+from raytracer.formats.image_files import FORMATS, load_picture, read_size
 
 # The number of pixels up to which reading a picture takes less than 0.1 s.
 _SMALL = 1 << 16
@@ -36,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "b",
         metavar="B",
         help=f"the reference: {kinds}; if only one of the two is a .png, the other one is clipped to [0, 1], as every "
-        ".png is",
+        ".png is. Transparent pictures are compared premultiplied, and alpha by itself.",
     )
     parser.add_argument(
         "--threshold",
@@ -66,8 +67,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Run `compare`. Return the exit status: 1 if the RMSE is above the tolerance."""
-    import numpy as np
-
     if options.tolerance is not None:
         number(options.tolerance, "--tolerance", 0.0, expected="a finite number of at least 0 (linear radiance)")
     number(options.threshold, "--threshold", 0.0, expected="a finite number of at least 0 (linear radiance)")
@@ -79,16 +78,14 @@ def run(options: argparse.Namespace) -> int:
     if sizes[0] != sizes[1]:  # before a large picture takes time and memory
         for name, (width, height) in zip(names, sizes, strict=True):
             if width * height <= _SMALL:
-                load_radiance(name)  # errors in the file itself come first
+                load_picture(name)  # errors in the file itself come first
         size, expected = ("{}x{}".format(*size) for size in sizes)
         raise InputError(f"expected the size of {names[1]}, {expected}, got {size}", file=names[0])
-    pictures = [load_radiance(name) for name in names]
+    pictures = [load_picture(name) for name in names]
     unclipped = [name for name in names if not FORMATS[Path(name).suffix.lower()].is_clipped]
     clipped = unclipped[0] if len(unclipped) == 1 else None
     if clipped is not None:
-        for picture in pictures:
-            if isinstance(picture, np.ndarray):
-                np.clip(picture, 0.0, 1.0, out=picture)
+        pictures = [clip(picture) for picture in pictures]
     a, b = pictures
     requested = [metric.field for metric in _OPTIONAL if getattr(options, metric.field)]
     comparison = measure_difference(a, b, options.threshold, requested, "hdr" if len(unclipped) == 2 else "ldr")
@@ -96,13 +93,12 @@ def run(options: argparse.Namespace) -> int:
         from raytracer.analysis.difference_figure import write_difference
 
         note = f"; {Path(clipped).name} is clipped to [0, 1]" if clipped else ""
-        write_difference(output, (a, b), names, comparison, note, options.write)
+        write_difference(output, (a.radiance, b.radiance), names, comparison, note, options.write)
     within = options.tolerance is None or comparison.rmse <= options.tolerance
-    size = a.shape[1], a.shape[0]
     if options.json:
-        print_json(json.dumps(_json(comparison, options, size, clipped, within), indent=1, allow_nan=False))
+        print_json(json.dumps(_json(comparison, options, sizes[0], clipped, within), indent=1, allow_nan=False))
     else:
-        _print(comparison, options, size, clipped, within)
+        _print(comparison, options, sizes[0], clipped, within)
     return 0 if within else 1
 
 

@@ -9,15 +9,16 @@ from raytracer.app.options import (
     add_compile_options,
     add_scene,
     add_size,
+    add_transparent,
     chosen_settings,
     chosen_size,
     parse_integer,
     warn_about_scene,
 )
-from raytracer.core.output import check_output
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import print_error, print_lines
 from raytracer.core.validation import check_size, locate_errors
+from raytracer.formats.image_files import check_picture_output
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.scene.options import MAX_SAMPLES
 
@@ -29,7 +30,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from raytracer.ground_truth.picture import REFERENCE_SIZE
 
     add_scene(parser)
-    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="file to write: .npz (float64 arrays)")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="OUT",
+        required=True,
+        help="file to write: .npz (float64 arrays) or .exr (float32 channels)",
+    )
+    add_transparent(parser)
     add_size(parser, f"{REFERENCE_SIZE[0]}x{REFERENCE_SIZE[1]}, because larger pictures take long")
     parser.add_argument(
         "--samples",
@@ -71,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
     chosen.resolve()
     size = chosen_size(options) or REFERENCE_SIZE
     check_size(size)
-    output = check_output(options.output, (".npz",))
+    output = check_picture_output(options.output, suffixes=(".npz", ".exr"))
     document = read_document(find_scene(options.scene))
     scene, section = document.scene, document.section
     settings = (section.settings.without_sampling() | chosen).resolve()
@@ -96,6 +104,7 @@ def run(options: argparse.Namespace) -> int:
             settings,
             samples=options.samples,
             tolerance=options.tolerance,
+            transparent=options.transparent,
             cache=not options.no_cache,
             progress=progress,
             before=before,

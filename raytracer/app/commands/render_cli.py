@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING
 
 from msgspec import UNSET
 
-from raytracer.app.options import add_backend, add_scene, add_settings, chosen_settings, chosen_size, warn_about_scene
+from raytracer.app.options import (
+    add_backend,
+    add_picture_options,
+    add_scene,
+    add_settings,
+    chosen_settings,
+    chosen_size,
+    warn_about_scene,
+)
 from raytracer.core.memory import check_memory, picture_bytes
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import print_error, print_lines
@@ -29,8 +37,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `render`."""
     add_scene(parser)
     parser.add_argument(
-        "-o", "--output", metavar="OUT", required=True, help="file to write: .png (8-bit sRGB) or .npz (float32 arrays)"
+        "-o",
+        "--output",
+        metavar="OUT",
+        required=True,
+        help="file to write: .png (sRGB), .npz (float32 arrays) or .exr (float32 channels)",
     )
+    add_picture_options(parser)
     add_settings(parser, samples=1, adaptive=True)
     add_backend(parser)
     parser.set_defaults(run=run)
@@ -48,24 +61,32 @@ def run(options: argparse.Namespace) -> int:
     size = chosen_size(options) or section.size or DEFAULT_SIZE
 
     with _keep_imports():
-        from raytracer.core.output import check_output
-        from raytracer.formats.image_files import FORMATS
+        from raytracer.formats.image_files import FORMATS, check_picture_output
         from raytracer.gpu.device import shared_device
         from raytracer.rendering.renderer import Renderer
 
     check_size(size)
-    output = check_output(options.output, FORMATS)
-    geometry = FORMATS[output.suffix.lower()].has_geometry
-    sampling = settings.sampling
-    check_memory(picture_bytes(size, geometry, sampling.is_adaptive, sampling.has_stopping_rule), size)
+    output = check_picture_output(options.output, options.bits)
+    form = FORMATS[output.suffix.lower()]
+    geometry, sampling, transparent = form.has_geometry, settings.sampling, options.transparent
+    needed = picture_bytes(size, geometry, sampling.is_adaptive, sampling.has_stopping_rule, transparent)
+    check_memory(needed + size[0] * size[1] * form.writing_bytes, size)
     warn_about_scene(options.scene, scene, settings)
     renderer = Renderer(shared_device(options.backend, options.device))
     start = time.monotonic()
     # Errors about the driver's limits begin with the name of the scene file.
     with locate_errors(options.scene), progress_bar(f"rendering {output.name}") as progress:
-        image = renderer.render(scene, size, settings, geometry=geometry, progress=progress, single_picture=True)
+        image = renderer.render(
+            scene,
+            size,
+            settings,
+            geometry=geometry,
+            progress=progress,
+            single_picture=True,
+            transparent=transparent,
+        )
     with options.write(output) as file:
-        image.write(file, output.suffix)
+        image.write(file, output.suffix, options.bits)
     seconds = time.monotonic() - start
     print_lines(
         f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {seconds:.1f} s", str(image.estimate)

@@ -9,7 +9,7 @@ of a user's: the generated code forms names from numbers only.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -157,7 +157,7 @@ def _shapes_source(compiled: CompiledScene, handed: Handed, *, geometry: bool) -
     return ProgramSource(vertex, assemble("passes/visibility.frag", defines, {"scene.glsl": "\n".join(generated)}))
 
 
-def _picture_source(compiled: CompiledScene, handed: Handed, alpha: Mapping[str, int]) -> Source:
+def _picture_source(compiled: CompiledScene, handed: Handed, alpha: dict[str, int]) -> Source:
     """Generate the fragment shader that finds the surface of each pixel and computes its light."""
     defines = _defines(compiled) | _light_defines(compiled) | _handed_defines(compiled, handed) | alpha
     generated = [*_includes(compiled, handed), "", *camera_query(compiled, handed)]
@@ -172,7 +172,7 @@ def _picture_source(compiled: CompiledScene, handed: Handed, alpha: Mapping[str,
     return assemble("passes/picture.frag", defines, {"scene.glsl": "\n".join(generated)} | _material(compiled))
 
 
-def _shade_source(compiled: CompiledScene, handed: Handed, alpha: Mapping[str, int]) -> Source:
+def _shade_source(compiled: CompiledScene, handed: Handed, alpha: dict[str, int]) -> Source:
     """Generate the fragment shader that computes the light from the surface of each pixel."""
     options, lights, has_mirrors = compiled.options, compiled.lights, compiled.has_mirrors
     defines = _defines(compiled) | _light_defines(compiled) | _handed_defines(compiled, handed) | alpha
@@ -198,7 +198,7 @@ def _shade_source(compiled: CompiledScene, handed: Handed, alpha: Mapping[str, i
     return assemble("passes/shade.frag", defines, {"scene.glsl": "\n".join(generated)} | _material(compiled))
 
 
-def _plane_only_source(compiled: CompiledScene, handed: Handed, alpha: Mapping[str, int], samples: int = 1) -> Source:
+def _plane_only_source(compiled: CompiledScene, handed: Handed, alpha: dict[str, int], samples: int = 1) -> Source:
     """Generate the fragment shader of plane-only cells (grounds.py), which finds the half-space and computes its light.
 
     The program draws `samples` samples at once.
