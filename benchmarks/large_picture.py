@@ -16,7 +16,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from raytracer.farm.bands import BandJob, default_rows, write_bands
+from raytracer.farm.band_rows import default_rows
+from raytracer.farm.bands import BandJob, write_bands
 from raytracer.farm.tasks import run_here
 from raytracer.formats.scene_file import load
 from raytracer.scene.settings import Settings

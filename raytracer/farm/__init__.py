@@ -2,5 +2,7 @@
 
 May import: all packages except app. Other packages may use
 
+    band_rows: check_rows, default_rows, rows_of_large
+    bands: BandJob, BandedPicture, draw_band, write_bands
     tasks: Done, Failed, Run, run_here
 """

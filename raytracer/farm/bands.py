@@ -15,9 +15,8 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.direction_cells import CELL
 from raytracer.core.progress import Progress
-from raytracer.core.validation import InputError, integer
+from raytracer.core.validation import InputError
 from raytracer.farm.tasks import Done, Failed, Run
 from raytracer.formats.estimate import Estimate, join_estimates
 from raytracer.formats.image_files import FORMATS, check_bits
@@ -30,9 +29,6 @@ from raytracer.scene.settings import Settings
 if TYPE_CHECKING:
     from raytracer.gpu.context import Backend
 
-# The number of pixels of a band, if the user does not choose its rows. In float32 a band takes 100 MB, and a picture of
-# 32768x32768 has 128 bands: more of them would only repeat the preparation of a frame, some milliseconds each.
-_BAND_PIXELS = 2**23
 # The number of rows that are written at a time, because writers copy them: four blocks of 16 rows, which EXR compresses
 # together.
 _WRITTEN_ROWS = 64
@@ -103,19 +99,6 @@ def draw_band(job: BandJob) -> DrawnBand:
     counts = image.samples
     fewest, most = (job.settings.samples,) * 2 if counts is None else (int(counts.min()), int(counts.max()))
     return DrawnBand(np.concatenate(encoded), image.estimate, fewest, most)
-
-
-def check_rows(rows: Any) -> int:
-    """Return the number of rows of a band: a multiple of CELL. Raises InputError."""
-    count = integer(rows, "bands", CELL, 2**16)
-    if count % CELL:
-        raise InputError(f"expected a multiple of {CELL} rows, got {count}", "bands")
-    return count
-
-
-def default_rows(size: tuple[int, int]) -> int:
-    """Return the number of rows of a band of a picture of `size` (width, height)."""
-    return max(CELL, _BAND_PIXELS // size[0] // CELL * CELL)
 
 
 def band_jobs(whole: BandJob, rows: int) -> Iterator[tuple[int, BandJob]]:

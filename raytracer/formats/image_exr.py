@@ -81,12 +81,13 @@ class ExrWriter:
             channels: 3 for R, G, B, or 4 with A.
             texts: texts by name.
         """
-        exr = require()
+        self._exr = exr = require()
+        self._path = os.fspath(file.name)
         header = exr.Header(width, height)  # ZIP, and float32 for R, G and B
         header["channels"] = dict.fromkeys("RGBA"[:channels], header["channels"]["R"])
         header.update({name: text.encode() for name, text in _attributes(texts).items()})
         self._channels = "RGBA"[:channels]
-        self._output = exr.OutputFile(os.fspath(file.name), header)
+        self._output = exr.OutputFile(self._path, header)
 
     def write_rows(self, pixels: NDArray[np.float32]) -> None:
         """Write the next rows [rows, width, channels]: premultiplied radiance, then alpha. Raises OSError."""
@@ -94,9 +95,11 @@ class ExrWriter:
         self._output.writePixels(data, len(pixels))
 
     def close(self, texts: Mapping[str, str] | None = None) -> None:
-        """Write the end of the file. The header is written, so there is no place for more `texts`."""
+        """Write the end of the file. The header is written, so there is no place for more `texts`. Raises OSError."""
         del texts
         self._output.close()
+        if not self._exr.InputFile(self._path).isComplete():  # the package hides errors at the end of a file
+            raise OSError("the end of the EXR file cannot be written")
 
 
 def join_channels(radiance: NDArray[Any], alpha: NDArray[Any] | None) -> NDArray[np.float32]:
