@@ -63,6 +63,8 @@ def main() -> None:
         )
         process.start()
         process.join()
+        if process.exitcode:
+            raise SystemExit(f"{side}x{side}: the process ended with {process.exitcode}")  # a negative one is a signal
 
 
 if __name__ == "__main__":

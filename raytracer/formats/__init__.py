@@ -13,8 +13,9 @@ possible, the key and the line. The package imports only core and scene. Other p
     image: Image, Geometry, GeometrySource
     estimate: Estimate, measured_estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
         LOWER_BOUND_FACTOR, UNSEEN, WORST_PIXEL_FACTOR
-    image_files: FORMATS, load_radiance, read_size
-    radiance: row_blocks, check_radiance, MAX_RADIANCE; srgb: encode_srgb8, decode_srgb
+    image_files: FORMATS, check_bits, check_picture_output, load_picture, load_radiance, load_metadata, read_size
+    png_chunks: PngWriter; image_png: encode_levels; image_exr: channels
+    radiance: row_blocks, check_radiance, MAX_RADIANCE, PictureRows, StoredPicture; srgb: encode_srgb8, decode_srgb
     toml_text: parse_toml
 
 To add a file format, add a module here and an entry for its suffix to a table: FORMATS in image_files.py for pictures,

@@ -19,6 +19,7 @@ from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError, check_path
 from raytracer.formats import image_exr, image_npz, image_png
+from raytracer.formats.exr_writer import ExrWriter
 from raytracer.formats.png_chunks import PngWriter
 from raytracer.formats.radiance import MAX_PIXELS, PictureRows, StoredPicture
 
@@ -121,7 +122,7 @@ FORMATS: dict[str, ImageFormat] = {
         is_clipped=False,
         writing_bytes=4 * 12,  # a copy of each channel
         require=image_exr.require,
-        rows=RowFormat(image_exr.join_channels, image_exr.ExrWriter),
+        rows=RowFormat(image_exr.join_channels, ExrWriter),
     ),
 }
 
