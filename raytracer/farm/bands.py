@@ -152,7 +152,7 @@ def _in_order(outcomes: Iterable[Done | Failed], folder: Path) -> Iterator[Drawn
             index, band = outcome
             if index != due:
                 np.save(Path(early, f"{index}.npy"), band.pixels, allow_pickle=False)
-                waiting[index] = band._replace(pixels=band.pixels[:0])
+                waiting[index] = band._replace(pixels=np.empty(0))
                 continue
             yield band
             due += 1
