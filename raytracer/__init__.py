@@ -14,6 +14,7 @@ Overview:
     scene description: Scene, Union, Intersection, Difference, Complement, Instances, Material, Lobe, PointLight,
         Camera, and the kinds of primitive solids, such as Sphere and Box: raytracer.scene.solids.primitives lists them
     files: load, load_all, load_settings, SceneFile, published (measured materials from the literature)
+    movies: animation, AnimatedScene
     pictures: render, Settings, quality (presets of settings), Image
     accuracy: reference (float64 ground truth), compare, Comparison
     reflectance models: brdf
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from raytracer.analysis.image_difference import compare as compare
     from raytracer.compiler.glsl.preprocessor import ShaderError as ShaderError
     from raytracer.core.validation import InputError as InputError
+    from raytracer.formats.animated_scene import AnimatedScene as AnimatedScene
+    from raytracer.formats.animated_scene import animation as animation
     from raytracer.formats.image import Image as Image
     from raytracer.formats.material_library import published as published
     from raytracer.formats.scene_file import SceneFile as SceneFile
@@ -68,6 +71,7 @@ if TYPE_CHECKING:
 # `eval(repr(x), vars(raytracer))` finds the class of x. The kinds of primitives are the
 # classes that raytracer.scene.solids.primitives imports.
 _SCENE_NAMES = {
+    "AnimatedScene": "formats.animated_scene",
     "Camera": "scene.camera",
     "Complement": "scene.solids.solid",
     "Difference": "scene.solids.solid",
@@ -82,6 +86,7 @@ _SCENE_NAMES = {
     "Settings": "scene.settings",
     "Solid": "scene.solids.solid",
     "Union": "scene.solids.solid",
+    "animation": "formats.animated_scene",
     "load": "formats.scene_file",
     "load_all": "formats.scene_file",
     "load_settings": "formats.scene_file",

@@ -8,14 +8,14 @@ building a scene and reporting a wrong value need no NumPy. Other packages may u
         color, direction, items, check_choice, check_flag, check_keys, check_path, check_size, check_text; is_number,
         set_fields
     suggest: did_you_mean, did_you_mean_file, known_names, install_command, missing_extra (remedies in error messages)
-    shown: format_value, escape_unprintable, shorten (values as text in an error message)
+    shown: format_value, format_keys, escape_unprintable, shorten (values as text in an error message)
     record: Record (base class of frozen structs with `replace`), public
     vectors: add, sub, dot, cross, scale_by, divide_by
     arrays: number_array, float_array
     files: open_regular, read_bounded (files of the user); find_data_folder, read_packaged (files that are installed
         with the package)
-    output: check_output, check_folder, check_place, write_atomically, replace_atomically, write_new, write_numbered,
-        Writer
+    output: check_output, check_folder, check_place, make_folder, write_atomically, replace_atomically, write_new,
+        write_numbered, Writer
     npz: read_arrays, read_shape
     memory: check_memory, physical_memory, picture_bytes
     collector: pause_collector

@@ -6,6 +6,8 @@ possible, the key and the line. The package imports only core and scene. Other p
     scene_file: load, load_all, load_settings, loads, SceneFile (as rt.*); find_scene, read_document, parse_document,
         SceneDocument (a file that was read once for several uses); read_text, companion_paths, edit_positions,
         examples
+    scene_paths: parse_path, replace_values (values in the tables of a scene file, by paths)
+    animated_scene: animation, AnimatedScene (as rt.*), open_animation
     settings_section: SettingsSection, DEFAULT_SIZE, section_text
     companion_files: copy_files
     material_library: published, MaterialLibrary, collections, read_collection
@@ -13,8 +15,9 @@ possible, the key and the line. The package imports only core and scene. Other p
     image: Image, Geometry, GeometrySource
     estimate: Estimate, measured_estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
         LOWER_BOUND_FACTOR, UNSEEN, WORST_PIXEL_FACTOR
-    image_files: FORMATS, check_bits, check_picture_output, load_picture, load_radiance, load_metadata, read_size
-    png_chunks: PngWriter; image_png: encode_levels; image_exr: channels
+    image_files: FORMATS, check_bits, check_picture_output, load_picture, load_radiance, read_metadata, read_size
+    png_chunks: PngWriter; image_png: encode_levels, read_pixels; image_exr: channels
+    movies: MOVIES, Picture, write_movie, check_movie, DEFAULT_CRF, MAX_CRF
     radiance: row_blocks, check_radiance, MAX_RADIANCE, PictureRows, StoredPicture; srgb: encode_srgb8, decode_srgb
     toml_text: parse_toml
 

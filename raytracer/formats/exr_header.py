@@ -20,6 +20,8 @@ _MOST_BYTES = 1 << 20
 # A channel behind its name: the type of its numbers, a hint with three spare bytes, and the steps between its pixels.
 _CHANNEL = struct.Struct("<i4x2i")
 _FLOATS = 1, 2  # the types of float16 and float32
+# The number of ZIP in the attribute `compression`, and the rows of pixels that it compresses together in a chunk.
+_ZIP, _ZIP_ROWS = b"\x03", 16
 
 
 class Part(NamedTuple):
@@ -31,7 +33,9 @@ class Part(NamedTuple):
         channels: whether the numbers of each channel are floating-point, by its name.
         is_flat: whether each pixel has one number in each channel: neither deep nor subsampled.
         is_tiled: whether there are tiles, perhaps with levels of lower resolution.
+        is_zip: whether the pixels are in rows that are compressed as ZIP.
         texts: the attributes of text, by name.
+        end: the place in the file behind the header.
     """
 
     size: tuple[int, int]
@@ -39,7 +43,9 @@ class Part(NamedTuple):
     channels: Mapping[str, bool]
     is_flat: bool
     is_tiled: bool
+    is_zip: bool
     texts: Mapping[str, str]
+    end: int
 
 
 def read_parts(file: IO[bytes]) -> list[Part]:
@@ -59,6 +65,21 @@ def read_parts(file: IO[bytes]) -> list[Part]:
         more = f", or has more than {_MOST_BYTES} bytes" if len(data) > _MOST_BYTES else ""
         raise InputError(f"expected an EXR file: its header is damaged{more}") from None
     return parts
+
+
+def check_whole(file: IO[bytes], part: Part) -> None:
+    """Raise InputError unless a file, which has the only part `part` in ZIP, has all its chunks of pixels."""
+    rows = -(-part.size[1] // _ZIP_ROWS)
+    size = file.seek(0, 2)
+    file.seek(part.end)
+    places = file.read(8 * rows)  # behind the header: the place of each chunk
+    if len(places) == 8 * rows:
+        last = max(struct.unpack(f"<{rows}Q", places))
+        if last < size:
+            file.seek(last + 4)  # behind the number of the chunk's first row: the size of the chunk
+            if last + 8 + int.from_bytes(file.read(4), "little") <= size:
+                return
+    raise InputError("expected an EXR file: it is cut off")
 
 
 class _Reader:
@@ -96,7 +117,9 @@ def _part(reader: _Reader, *, is_deep: bool) -> Part:
         channels,
         is_whole and not is_deep and not form.startswith("deep"),
         "tiles" in attributes,
+        attributes["compression"][1] == _ZIP and "tiles" not in attributes,
         texts,
+        len(_MAGIC) + reader.at,
     )
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from raytracer.core.shown import format_value
 from raytracer.core.suggest import missing_extra
 from raytracer.core.validation import InputError
-from raytracer.formats.exr_header import Part, read_parts
+from raytracer.formats.exr_header import Part, check_whole, read_parts
 from raytracer.formats.radiance import MAX_PIXELS, StoredPicture, check_alpha, check_pixels, check_radiance
 
 # The chromaticities of red, green, blue and white of Rec. 709 (ITU-R BT.709), which sRGB shares.
@@ -124,8 +124,12 @@ def read_size(file: IO[bytes]) -> tuple[int, int]:
 
 
 def read_metadata(file: IO[bytes]) -> dict[str, str]:
-    """Read the texts by name. Raises InputError."""
-    texts = _picture_part(file)[1].texts
+    """Read the texts that write() wrote, by name. Raises InputError for a damaged header and a file that is cut off."""
+    index, part, _ = _picture_part(file)
+    if index or not part.is_zip or not any(key.startswith(_TEXTS) for key in part.texts):
+        return {}
+    check_whole(file, part)
+    texts = part.texts
     return {key.removeprefix(_TEXTS): text for key, text in texts.items() if key.startswith(_TEXTS)}
 
 

@@ -59,7 +59,8 @@ class ImageFormat(NamedTuple):
         optional: the names of the arrays that are written if the image has them.
         read_size: a function that returns (width, height) of an open file. It raises InputError for wrong bytes.
         read_picture: a function that returns the picture in an open file. It raises InputError for wrong bytes.
-        read_metadata: a function that returns the texts in an open file, by name. It raises InputError for wrong bytes.
+        read_metadata: a function that returns the texts of an open file by name. It raises InputError for wrong bytes
+            and for a file that is cut off.
         most_bytes: the largest size of a file that is read, in bytes.
         is_clipped: whether the format clips radiance to [0, 1].
         bits: the numbers of bits per channel that can be written, the default first. Default: none, no choice.
@@ -190,8 +191,11 @@ def load_radiance(path: str | os.PathLike[str]) -> PictureRows:
         return radiance
 
 
-def load_metadata(path: str | os.PathLike[str]) -> Mapping[str, str]:
-    """Read the texts of a picture file, by name. Raises InputError as load_picture() does."""
+def read_metadata(path: str | os.PathLike[str]) -> Mapping[str, str]:
+    """Read the texts of a picture file, by name.
+
+    Raises InputError as load_picture() does, and for a file that is cut off.
+    """
     with _open_picture(path) as (file, form):
         return form.read_metadata(file)
 

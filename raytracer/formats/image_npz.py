@@ -14,8 +14,8 @@ from raytracer.formats.radiance import MAX_PIXELS, StoredPicture, check_alpha, c
 
 # The largest size of the array `radiance`, in bytes: 16 for the widest floating-point numbers.
 _MAX_ARRAY = 16 * 3 * MAX_PIXELS
-# The largest size of the array `metadata`, in bytes: some texts of a line each, at 4 bytes per character.
-_MAX_TEXT = 1 << 20
+# The largest size of the array `metadata`, in bytes, 4 a character. The program writes some 2,000.
+_MAX_METADATA = 1 << 20
 
 
 def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, str]) -> None:
@@ -46,20 +46,20 @@ def read_picture(file: IO[bytes]) -> StoredPicture:
 
 
 def read_metadata(file: IO[bytes]) -> dict[str, str]:
-    """Read the texts by name. Raises InputError."""
+    """Return the texts of a picture by their names. Raises InputError for a damaged or incomplete file."""
     import json
 
-    [text] = read_arrays(file, lambda _: ["metadata"], _check_text, _MAX_TEXT).values()
+    [array] = read_arrays(file, lambda names: ["metadata"], _check_metadata, _MAX_METADATA).values()
     try:
-        texts = json.loads(str(text))
+        texts = json.loads(str(array))
     except (ValueError, RecursionError):
         texts = None
-    if not isinstance(texts, dict) or not all(isinstance(value, str) for value in texts.values()):
-        raise InputError("expected texts by name, as JSON", "metadata")
+    if not isinstance(texts, dict) or not all(isinstance(text, str) for text in texts.values()):
+        raise InputError("expected a JSON object of texts", "metadata")
     return texts
 
 
-def _check_text(name: str, shape: tuple[int, ...], dtype: Any) -> None:
+def _check_metadata(name: str, shape: tuple[int, ...], dtype: Any) -> None:
     if shape or dtype.kind != "U":
         raise InputError(f"expected a text, got {shape} of {dtype}", name)
 

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
 
 
+# The colour type of pictures with red, green, blue and alpha.
+_RGBA = 6
+
+
 class Levels:
     """The radiance of a PNG, stored as integer levels [H, W, 3] and a table of each level's radiance.
 
@@ -79,8 +83,9 @@ def read_size(file: IO[bytes]) -> tuple[int, int]:
 
 
 def read_metadata(file: IO[bytes]) -> dict[str, str]:
-    """Read the texts before the pixels, by name. Raises InputError."""
-    return read_texts(file, MAX_PIXELS)
+    """Return the texts of a PNG file by their names. Raises InputError for a damaged or incomplete file."""
+    check_whole(file, MAX_PIXELS)
+    return read_texts(file)
 
 
 def read_picture(file: IO[bytes]) -> StoredPicture:
@@ -98,6 +103,17 @@ def read_picture(file: IO[bytes]) -> StoredPicture:
         return StoredPicture(Levels(pixels[..., :3], table))
     alpha = np.divide(pixels[..., 3], top_level, dtype=np.float32)
     return StoredPicture(Levels(pixels[..., :3], table, alpha), alpha)
+
+
+def read_pixels(file: IO[bytes]) -> NDArray[np.uint8]:
+    """Return the pixels of a PNG with 8 bits per channel: sRGB [H, W, 3], or [H, W, 4] with alpha.
+
+    Raises InputError for another file.
+    """
+    header = check_whole(file, MAX_PIXELS)
+    if header.bits != 8:
+        raise InputError(f"expected 8 bits per channel, got {header.bits}")
+    return _pixels8(file)[..., : 4 if header.colour == _RGBA else 3]
 
 
 @contextmanager

@@ -110,29 +110,6 @@ def _write_chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
     file.write(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)))
 
 
-def read_texts(file: IO[bytes], most_pixels: int) -> dict[str, str]:
-    """Read the texts before the pixels, by name, without the compressed ones. Raises InputError as check_whole()."""
-    read_header(file, most_pixels)
-    texts: dict[str, str] = {}
-    beside = 0
-    for number, (length, kind) in enumerate(_chunks(file)):
-        beside += length
-        if kind in (b"IDAT", b"IEND"):
-            break
-        if number > _MOST_CHUNKS or beside > _MOST_BESIDE:
-            raise InputError(_LIMITS)
-        data = _read_exactly(file, length)
-        if zlib.crc32(kind + data) != int.from_bytes(_read_exactly(file, 4)):
-            raise InputError(f"expected a PNG file: its chunk {kind.decode()} is damaged")
-        key, _, rest = data.partition(b"\0")
-        if kind == b"tEXt":
-            texts[key.decode("latin-1")] = rest.decode("latin-1")
-        elif kind == b"iTXt" and rest[:1] == b"\0":  # not compressed
-            text = rest[2:].split(b"\0", 2)[-1]  # behind the language, and the name in that language
-            texts[key.decode("latin-1")] = text.decode(errors="replace")
-    return texts
-
-
 def read_header(file: IO[bytes], most_pixels: int) -> Header:
     """Read the first chunk of a file. Raises InputError for a wrong one, and for more than `most_pixels` pixels."""
     if file.read(len(SIGNATURE)) != SIGNATURE:
@@ -187,6 +164,23 @@ def check_whole(file: IO[bytes], most_pixels: int) -> Header:
     if left or not inflater.eof:
         raise InputError("expected a PNG file: pixels are missing")
     return header
+
+
+def read_texts(file: IO[bytes]) -> dict[str, str]:
+    """Return the texts of a file that check_whole() has accepted, by their keywords, without compressed ones."""
+    file.seek(len(SIGNATURE) + _BEGIN.size)
+    texts: dict[str, str] = {}
+    for length, kind in _chunks(file):
+        if kind != b"iTXt":
+            file.seek(length + 4, 1)
+            continue
+        keyword, _, rest = _read_exactly(file, length).partition(b"\0")
+        file.seek(4, 1)
+        # Compression flag and method, language, translated keyword, text.
+        parts = rest[2:].split(b"\0", 2)
+        if rest[:1] == b"\0" and len(parts) == 3:
+            texts[keyword.decode("latin-1")] = parts[2].decode(errors="replace")
+    return texts
 
 
 def _chunks(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:

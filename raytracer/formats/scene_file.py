@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from raytracer.core.collector import pause_collector
 from raytracer.core.files import find_data_folder, read_bounded
@@ -19,20 +19,22 @@ from raytracer.core.record import public
 from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError, check_path
 from raytracer.formats import instance_files, measured_files
+from raytracer.formats.animation_section import parse_animation
 from raytracer.formats.companion_files import is_plain_name
-from raytracer.formats.scene_sections import build_scene, camera_values
+from raytracer.formats.scene_paths import replace_values
+from raytracer.formats.scene_sections import BuiltScene, build_scene, camera_values, rebuild_scene
 from raytracer.formats.settings_section import DEFAULT_SIZE, SettingsSection, parse_section
 from raytracer.formats.toml_edit import add_table, replace_positions
-from raytracer.formats.toml_tables import check_table
+from raytracer.formats.toml_tables import SCENE_KEYS, check_table
 from raytracer.formats.toml_text import parse_toml
 from raytracer.scene.scene import Scene
 from raytracer.scene.settings import Settings
+from raytracer.scene.tracks import Animation
 
 MAX_BYTES = 4 * 1024 * 1024
 # The suffixes of companion files.
 _SUFFIXES = (*instance_files.READERS, *measured_files.READERS)
-# The allowed and the required top-level keys of a scene file.
-_TOP = ("camera", "shapes", "parts", "objects", "materials", "lights", "instances", "ambient", "background", "settings")
+# The required top-level keys of a scene file.
 _NEEDED = ("shapes", "objects")
 
 
@@ -52,12 +54,41 @@ class SceneFile(NamedTuple):
 
 
 class SceneDocument(NamedTuple):
-    """A scene file after reading: its path and text, and the scene and the settings in the text."""
+    """A scene file after reading: its path and text, and the scene and the settings in the text.
+
+    Attributes:
+        path: the file.
+        text: the text of the file.
+        scene: the scene.
+        section: the settings.
+        animation: the frames in the text, or None if the text describes a single picture.
+        built: the construction of the scene in the text, from which change() goes on. None for a document without one.
+    """
 
     path: Path
     text: str
     scene: Scene
     section: SettingsSection
+    animation: Animation | None = None
+    built: BuiltScene | None = None
+
+    def change(self, values: Mapping[str, Any]) -> SceneDocument:
+        """Return the document with another scene, or other settings: with other values at some paths of its tables.
+
+        The values replace those of the text, not those of an earlier change. Objects and companion files that do not
+        depend on the values are not built or read again. Unused shapes are not warned about.
+
+        Args:
+            values: numbers, vectors of numbers or texts, by path, such as {"lights.0.position": (4, 7, 4)}.
+
+        Raises:
+            InputError: a wrong path, or a scene or settings that such a file could not have.
+        """
+        assert self.built
+        with _locate_errors(self.path, self.text):
+            tables = replace_values(self.built.tables, values)
+            section = parse_section(tables.get("settings", {}))
+            return self._replace(scene=rebuild_scene(self.built, tables).scene, section=section)
 
 
 def examples() -> dict[str, Path]:
@@ -123,10 +154,10 @@ def load_settings(path: str | os.PathLike[str]) -> Settings:
 
 def loads(text: str, name: str = "scene") -> Scene:
     """Return the scene in a TOML text, without companion files. Warns and raises as `load`, without a file name."""
-    scene, _, warning = _parse(_remove_mark(text), name, None)
-    if warning:
-        warnings.warn(warning, stacklevel=2)
-    return scene
+    built = _parse(_remove_mark(text), name, None)[0]
+    if built.warning:
+        warnings.warn(built.warning, stacklevel=2)
+    return built.scene
 
 
 def find_scene(path: str | os.PathLike[str]) -> Path:
@@ -166,10 +197,10 @@ def read_text(path: Path) -> str:
 def parse_document(path: Path, text: str, *, stacklevel: int = 2) -> SceneDocument:
     """Parse the text of the scene file `path`. Warns and raises as `load`; messages name file and line."""
     with _locate_errors(path, text):
-        scene, section, warning = _parse(text, path.stem.encode(errors="replace").decode(), path.parent)
-    if warning:
-        warnings.warn(f"{path}: {warning}", stacklevel=stacklevel)
-    return SceneDocument(path, text, scene, section)
+        built, section, animation = _parse(text, path.stem.encode(errors="replace").decode(), path.parent)
+    if built.warning:
+        warnings.warn(f"{path}: {built.warning}", stacklevel=stacklevel)
+    return SceneDocument(path, text, built.scene, section, animation, built)
 
 
 def companion_paths(path: Path, text: str) -> list[Path]:
@@ -206,9 +237,9 @@ def edit_positions(text: str, scene: Scene, folder: Path | None = None) -> str:
         camera = camera_values(scene.camera)
         moved = {name: value for name, value in camera.items() if name in ("position", "height")}
         edited = replace_positions(text, moved, [light.position for light in scene.lights])
-        if "camera" not in parse_toml(text) and scene.camera != _parse(text, scene.name, folder)[0].camera:
+        if "camera" not in parse_toml(text) and scene.camera != _parse(text, scene.name, folder)[0].scene.camera:
             edited = add_table(edited, "camera", camera)
-        is_right = _parse(edited, scene.name, folder)[0] == scene
+        is_right = _parse(edited, scene.name, folder)[0].scene == scene
     except ValueError:
         is_right, edited = False, ""
     if not is_right:
@@ -232,12 +263,13 @@ def _remove_mark(text: str) -> str:
     return text.removeprefix("\ufeff")
 
 
-def _parse(text: str, name: str, folder: Path | None) -> tuple[Scene, SettingsSection, str]:
-    """Return the scene and the settings in a text, and a warning or "".
+def _parse(text: str, name: str, folder: Path | None) -> tuple[BuiltScene, SettingsSection, Animation | None]:
+    """Return the scene, the settings and the animation in a text.
 
     `folder` contains the companion files. None: the text must not name any.
     """
     with pause_collector():
-        table = check_table(parse_toml(text), _TOP, _NEEDED)
-        scene, warning = build_scene(table, name, folder)
-        return scene, parse_section(table.get("settings", {})), warning
+        tables = check_table(parse_toml(text), (*SCENE_KEYS, "animation"), _NEEDED)
+        built = build_scene(tables, name, folder)
+        animation = parse_animation(tables["animation"], tables) if "animation" in tables else None
+        return built, parse_section(tables.get("settings", {})), animation

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean, known_names
@@ -32,31 +32,71 @@ from raytracer.scene.solids.solid import Solid
 MAX_OPERATORS = MAX_SURFACES
 # The keys of a table in [instances]. For other tables, the keys are the fields of a struct.
 _INSTANCES = ("positions", "scales", "rotations", "file")
+# The tables from which the objects of a scene follow.
+_OBJECT_TABLES = ("materials", "shapes", "parts", "objects", "instances")
 
 
-def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[Scene, str]:
+class BuiltScene(NamedTuple):
+    """A scene, and the parts of its construction that scenes of similar tables share.
+
+    Attributes:
+        tables: the tables of the scene file.
+        folder: the folder of companion files, or None.
+        scene: the scene.
+        instances: the instances by the names of their objects.
+        measured: the measured materials that the scene uses.
+        warning: a warning of shapes and parts that no object uses, or "".
+    """
+
+    tables: Mapping[str, Any]
+    folder: Path | None
+    scene: Scene
+    instances: Mapping[str, Instances]
+    measured: MeasuredFiles
+    warning: str
+
+
+def build_scene(tables: dict[str, Any], name: str, folder: Path | None) -> BuiltScene:
     """Build a scene from a scene file's tables.
 
     Args:
-        table: the tables by name.
+        tables: the tables by name.
         name: the name of the scene.
         folder: the folder of companion files. None: the tables must not name any.
-
-    Returns:
-        The scene, and a warning of shapes and parts that no object uses, or "".
 
     Raises:
         InputError: a table has a wrong value.
     """
-    measured = MeasuredFiles(folder)
+    return _build(tables, name, folder, MeasuredFiles(folder), None)
+
+
+def rebuild_scene(base: BuiltScene, tables: dict[str, Any]) -> BuiltScene:
+    """Build the scene of tables that share most values with the tables of another scene.
+
+    Objects are taken from the other scene if the tables that describe them are the same objects of Python, as after
+    replace_value(). Companion files that the other scene has read are not read again.
+
+    Raises InputError if a table has a wrong value.
+    """
+    if any(tables.get(key) is not base.tables.get(key) for key in _OBJECT_TABLES):
+        return _build(tables, base.scene.name, base.folder, base.measured, base)
+    known = base.scene
+    scene = Scene(objects=known.objects, materials=known.materials, name=known.name, **_read_view(tables))
+    return base._replace(tables=tables, scene=scene)
+
+
+def _build(
+    tables: dict[str, Any], name: str, folder: Path | None, measured: MeasuredFiles, base: BuiltScene | None
+) -> BuiltScene:
+    """Build a scene as build_scene() does, with the measured materials and the places of instances of `base`."""
     with within("materials"):
-        materials = build_each(table.get("materials", {}), lambda value, name: _material(value, name, measured))
+        materials = build_each(tables.get("materials", {}), lambda value, name: _material(value, name, measured))
     find_material = _material_finder(materials)
     with within("shapes"):
-        shapes = read_shapes(table["shapes"], find_material)
+        shapes = read_shapes(tables["shapes"], find_material)
     with within("objects"):
-        expressions = as_table(table["objects"])
-    part_tables = table.get("parts", {})
+        expressions = as_table(tables["objects"])
+    part_tables = tables.get("parts", {})
     _check_operators(expressions, part_tables)
     with within("parts"):
         parts = read_parts(part_tables, shapes, expressions, find_material)
@@ -64,21 +104,21 @@ def build_scene(table: dict[str, Any], name: str, folder: Path | None) -> tuple[
     with within("objects"):
         solids = build_each(expressions, lambda value, _: _object(value, named, expressions))
     count = partial(_count_leaves, solids=solids, expressions=expressions, parts=parts)
-    objects = solids | _all_instances(table, solids, folder, count)
-    with within("lights"):
-        lights = [_light(value, i) for i, value in enumerate(as_list(table.get("lights", [])))]
-    with within("camera"):
-        camera = _camera(table["camera"]) if "camera" in table else None
-    scene = Scene(
-        objects=_join(objects, count),
-        lights=lights,
-        camera=camera,  # pyright: ignore[reportArgumentType]
-        materials=tuple(materials.values()),
-        name=name,
-        **{key: table[key] for key in ("ambient", "background") if key in table},
-    )
+    instances = _all_instances(tables, solids, folder, count, base)
+    view = _read_view(tables)
+    objects = _join(solids | instances, count)
+    scene = Scene(objects=objects, materials=tuple(materials.values()), name=name, **view)
     used = find_used(expressions.values(), part_tables)
-    return scene, _unused_warning(shapes, parts, used)
+    return BuiltScene(tables, folder, scene, instances, measured, _unused_warning(shapes, parts, used))
+
+
+def _read_view(tables: dict[str, Any]) -> dict[str, Any]:
+    """Return the arguments of Scene that do not depend on the objects: lights, camera and colours."""
+    with within("lights"):
+        lights = [_light(value, i) for i, value in enumerate(as_list(tables.get("lights", [])))]
+    with within("camera"):
+        camera = _camera(tables["camera"]) if "camera" in tables else None
+    return {"lights": lights, "camera": camera} | {k: tables[k] for k in ("ambient", "background") if k in tables}
 
 
 def _check_operators(objects: dict[str, Any], parts: Any) -> None:
@@ -177,7 +217,11 @@ def _count_leaves(
 
 
 def _all_instances(
-    table: dict[str, Any], solids: dict[str, Solid], folder: Path | None, count: Callable[[str], int]
+    table: dict[str, Any],
+    solids: dict[str, Solid],
+    folder: Path | None,
+    count: Callable[[str], int],
+    base: BuiltScene | None,
 ) -> dict[str, Instances]:
     """Read the table [instances]. Raises InputError if all instances together have too many primitives.
 
@@ -188,7 +232,9 @@ def _all_instances(
         solids: the objects.
         folder: the folder of companion files, if any.
         count: _count_leaves() of an object.
+        base: a scene whose places of instances are taken if their tables are the same, or None.
     """
+    known = base.tables.get("instances", {}) if base else {}
     budget = ByteBudget()
     made: dict[str, Instances] = {}
     total = 0
@@ -200,7 +246,10 @@ def _all_instances(
                 raise InputError(f"expected the name of an object ({known_names(solids)}){did_you_mean(name, solids)}")
         leaves = count(name)
         with within("instances", name):
-            made[name] = _instances(value, solids[name], folder, budget)
+            if base and known.get(name) is value:
+                made[name] = base.instances[name].replace(solid=solids[name])
+            else:
+                made[name] = _instances(value, solids[name], folder, budget)
             total += len(made[name]) * leaves
             if total > MAX_SURFACES:
                 raise InputError(f"expected at most {MAX_SURFACES} primitives in all, got {total}")

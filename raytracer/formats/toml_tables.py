@@ -8,6 +8,19 @@ from typing import Any, TypeVar
 from raytracer.core.validation import InputError, check_keys, within
 
 T = TypeVar("T")
+# The top-level keys of a scene file that describe the scene and its settings.
+SCENE_KEYS = (
+    "camera",
+    "shapes",
+    "parts",
+    "objects",
+    "materials",
+    "lights",
+    "instances",
+    "ambient",
+    "background",
+    "settings",
+)
 
 
 def build(kind: type[T], value: Any, **others: Any) -> T:

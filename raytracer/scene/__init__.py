@@ -5,10 +5,12 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
 
     scene: Scene, check_scene, used_models
     scene_objects: SceneObjects
+    canonical: canonical (a scene as plain data, for the keys of stored pictures)
     solids: a subpackage with its own list
     instances: Instances
     lights: PointLight, FALLOFFS
     camera: Camera
+    tracks: Animation, Track, TrackValue, Interpolation, go_round (values that change from frame to frame)
     materials: a subpackage with its own list
     settings: Settings
     options: CompileOptions, SamplingOptions (the halves of Settings), Shadows, Evaluator, Precision,

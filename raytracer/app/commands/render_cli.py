@@ -9,8 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
-from msgspec import UNSET
-
 from raytracer.app.options import (
     add_backend,
     add_picture_options,
@@ -18,6 +16,7 @@ from raytracer.app.options import (
     add_settings,
     chosen_settings,
     chosen_size,
+    is_error_chosen,
     parse_integer,
     warn_about_scene,
 )
@@ -28,7 +27,6 @@ from raytracer.core.validation import check_size, locate_errors
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import SettingsPatch
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -110,7 +108,7 @@ def run(options: argparse.Namespace) -> int:
     if rows is not None and FORMATS[suffix].has_geometry:
         print_lines(f"bands hold radiance only: {output.name} has no depth, normals, materials or errors")
     if missed := _missed_error_warning(drawn, settings):
-        if _is_error_chosen(section.settings, chosen):
+        if is_error_chosen(section.settings, chosen):
             print_error(f"{output}: {missed}")
             return 1
         print_lines(missed)  # a quality set max_error, and limits the samples: no failure
@@ -213,9 +211,3 @@ def _missed_error_warning(drawn: _Drawn, settings: Settings) -> str:
         samples = f"{settings.samples} samples were" if settings.samples > 1 else "1 sample was"
         remedy = f"{samples} not enough: try more --samples"
     return f"{error}, but at most {settings.max_error:g} was requested; {remedy}"
-
-
-def _is_error_chosen(in_file: SettingsPatch, chosen: SettingsPatch) -> bool:
-    """Whether the user set max_error as a number. A quality sets max_error, too, but limits the samples as well."""
-    patches = (in_file, chosen) if chosen.quality is UNSET else (chosen,)
-    return any(patch.max_error not in (UNSET, None) for patch in patches)
