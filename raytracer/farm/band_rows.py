@@ -55,6 +55,10 @@ def rows_of_large(size: tuple[int, int], needed: int, suffix: str, settings: Set
     return default_rows(size)
 
 
-def default_rows(size: tuple[int, int]) -> int:
-    """Return the number of rows of a band of a picture of `size` (width, height)."""
-    return max(CELL, _BAND_PIXELS // size[0] // CELL * CELL)
+def default_rows(size: tuple[int, int], least: int = 1) -> int:
+    """Return the number of rows of a band of a picture of `size` (width, height).
+
+    `least` is the least number of bands, as far as a band has CELL rows: some for each worker of a farm.
+    """
+    pixels = min(_BAND_PIXELS, size[0] * size[1] // least)
+    return max(CELL, pixels // size[0] // CELL * CELL)

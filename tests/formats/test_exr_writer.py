@@ -1,4 +1,4 @@
-"""EXR files written row by row: OpenEXR reads every bit, and OpenImageIO too."""
+"""EXR files written row by row: OpenEXR reads every bit."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from raytracer.formats.exr_writer import ExrWriter
 from raytracer.formats.image_exr import join_channels
-from raytracer.formats.image_files import load_metadata, load_picture
+from raytracer.formats.image_files import load_picture, read_metadata
 
 OpenEXR = pytest.importorskip("OpenEXR")
 
@@ -47,7 +47,7 @@ def test_the_file_is_read_back_with_the_texts_of_its_begin_and_its_end(tmp_path:
     picture = load_picture(tmp_path / "a.exr")
     np.testing.assert_array_equal(picture.radiance[:], radiance)
     np.testing.assert_array_equal(picture.alpha, alpha)
-    assert load_metadata(tmp_path / "a.exr") == {"Title": "Äpfel", "Error": "error about 0.1"}
+    assert read_metadata(tmp_path / "a.exr") == {"Title": "Äpfel", "Error": "error about 0.1"}
 
 
 def test_a_file_without_all_rows_is_an_error(tmp_path: Path) -> None:
