@@ -54,7 +54,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sides", metavar="SIDE", nargs="*", type=int, default=[16384], help="Default: 16384. Pixels.")
     parser.add_argument("--suffix", default=".exr", choices=(".exr", ".png"), help="Default: .exr.")
-    parser.add_argument("--rows", type=int, help="rows of a band. Default: those of `raytracer render`.")
+    parser.add_argument("--rows", type=int, help="rows of a band. Default: as `raytracer render`.")
     parser.add_argument("--folder", default=tempfile.gettempdir(), help="Default: the folder for temporary files.")
     options = parser.parse_args()
     for side in options.sides:

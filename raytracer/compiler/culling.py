@@ -47,7 +47,7 @@ _LISTED_FOR_RADIUS = 16.0
 def corner_rays(camera: Camera, size: tuple[int, int], part: Part) -> Array:
     """Return the directions through the corners of cells (rows + 1, columns + 1, 3), in view space, z = -1.
 
-    The cells are those of a `part` of a picture of `size`, in pixels. For an orthographic camera, x and y are the
+    The cells are in a `part` of a picture of `size`, in pixels. For an orthographic camera, x and y are the
     places of the corners.
     """
     corner, step, _ = camera_grid(camera, size)

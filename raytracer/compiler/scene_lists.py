@@ -54,7 +54,7 @@ class CameraLists(msgspec.Struct, frozen=True, eq=False):
     items: NDArray[np.float32]  # the texels `items` of lists.glsl
     objects: NDArray[np.int32]  # the texels `objects` of shapes.vert
     shape: tuple[int, int]  # rows and columns of cells
-    part: Part  # the part of the picture whose cells have lists; the rectangles are those of the whole picture
+    part: Part  # the part of the picture whose cells have lists; the rectangles are for the whole picture
 
 
 class LightLists(msgspec.Struct, frozen=True, eq=False):

@@ -124,9 +124,9 @@ def measured_estimate(
 
 
 def join_estimates(bands: Sequence[tuple[Estimate, int, int]]) -> Estimate:
-    """Return the estimate of a picture from those of its bands: (estimate, number of pixels, first row from the top).
+    """Return the estimate of a picture from its bands: (estimate, number of pixels, first row from the top).
 
-    The error is unknown if it is for one band, and uncertain if it is for one band.
+    The error is unknown if the error of any band is, and uncertain if the error of any band is.
     """
     pixels = sum(count for _, count, _ in bands)
     samples = sum(band.samples * count for band, count, _ in bands) / pixels
