@@ -4,7 +4,7 @@ SCENE := assets/scenes/assignment.toml
 
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 # libatomic1: Dr.Jit, on which Mitsuba is built, loads it.
-TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool ?povray
+TEST_PACKAGES := $(GL_PACKAGES) ?libosmesa6 libglx-mesa0 libatomic1 xvfb xdotool ?povray ?openimageio-tools
 
 # `make test` runs these tests again on OSMesa: tests of OpenGL itself, and of pictures.
 ON_OSMESA := tests/gpu tests/rendering/test_picture.py

@@ -2,6 +2,7 @@
 
 import decimal
 import fractions
+import io
 import itertools
 import re
 import sys
@@ -200,11 +201,21 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
         lambda v: api.render(SCENE, (8, 8), geometry=v),
         wrong_values_except("True", "NumPy's True"),
     ),
+    "render.transparent": (
+        "transparent",
+        lambda v: api.render(SCENE, (8, 8), transparent=v),
+        wrong_values_except("True", "NumPy's True"),
+    ),
     "render.progress": ("progress", lambda v: api.render(SCENE, (8, 8), progress=v), SETTINGS),
     "render.settings": ("settings", lambda v: api.render(SCENE, (8, 8), v), SETTINGS),
     "reference.scene": ("scene", lambda v: api.reference(v, (8, 8)), WRONG),
     "reference.size": ("size", lambda v: api.reference(SCENE, v), WRONG),
     "reference.settings": ("settings", lambda v: api.reference(SCENE, (8, 8), v), SETTINGS),
+    "reference.transparent": (
+        "transparent",
+        lambda v: api.reference(SCENE, (8, 8), transparent=v),
+        wrong_values_except("True", "NumPy's True"),
+    ),
     "reference.cache": (
         "cache",
         lambda v: api.reference(SCENE, (8, 8), cache=v),
@@ -218,7 +229,11 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
         f"reference.{name}": (name, lambda v, name=name: api.reference(SCENE, (8, 8), **{name: v}), WRONG)
         for name in ("samples", "tolerance")
     },
-    "compare.a": ("a", lambda v: api.compare(v, GREY), PICTURES),
+    "compare.a": (
+        "a",
+        lambda v: api.compare(v, GREY),
+        {name: value for name, value in PICTURES.items() if not isinstance(value, str)},
+    ),
     "compare.a[0]": ("a", lambda v: api.compare([v], GREY), PICTURES),
     "compare.b[0][0]": ("b", lambda v: api.compare(GREY, [[v]]), PICTURES),
     "compare.b[0][0][0]": ("b", lambda v: api.compare(GREY, [[[v, 0, 0]]]), PICTURES),
@@ -232,13 +247,14 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "Image": ("radiance", api.Image, PICTURES),
     **{
         f"Image.{name}": (name, lambda v, name=name: IMAGE.replace(**{name: v}), wrong_values_except("None", "dict"))
-        for name in ("depth", "normal", "material", "samples", "error", "estimate", "metadata")
+        for name in ("depth", "normal", "material", "samples", "error", "estimate", "metadata", "alpha", "camera")
     },
     "Image.save": (
         "path",
         rt.Image(np.zeros((2, 2, 3), np.float32)).save,
         wrong_values_except("text", "number as text"),
     ),
+    "Image.write.bits": ("bits", lambda v: IMAGE.write(io.BytesIO(), ".png", v), SETTINGS),
     "brdf.evaluate.material": ("material", lambda v: api.brdf.evaluate(v, (0, 0, 1), (0, 0, 1)), WRONG),
     "brdf.evaluate.wi": ("wi", lambda v: api.brdf.evaluate(rt.Material(), v, (0, 0, 1)), WRONG),
     "brdf.evaluate.wo[0]": ("wo", lambda v: api.brdf.evaluate(rt.Material(), (0, 0, 1), [[0, 0, v]]), WRONG),

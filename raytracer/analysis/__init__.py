@@ -15,7 +15,7 @@ packages except app.
 
 Other packages may use:
 
-    image_difference: Comparison, METRICS, THRESHOLD, as_json, as_rows, compare, measure_difference
+    image_difference: Comparison, METRICS, THRESHOLD, as_json, as_rows, clip, compare, measure_difference
     figures: SUFFIXES, require_matplotlib
     difference_figure: write_difference
     pixel_doubt: PixelDoubt, find_pixel_doubt

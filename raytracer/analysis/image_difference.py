@@ -7,7 +7,6 @@ JSON and its options. A metric that is measured only on request also needs a key
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -60,8 +59,8 @@ class Comparison(Record, frozen=True):
 
 
 def compare(
-    a: Image | ArrayLike | str | os.PathLike[str],
-    b: Image | ArrayLike | str | os.PathLike[str],
+    a: Image | ArrayLike | str | Path,
+    b: Image | ArrayLike | str | Path,
     *,
     threshold: float = THRESHOLD,
     flip: Literal["ldr", "hdr"] | None = None,
@@ -199,12 +198,12 @@ def size_text(picture: PictureRows) -> str:
 
 def _is_clipped(picture: Any) -> bool:
     """Whether a picture is the path of a file of a format that clips radiance."""
-    suffix = Path(picture).suffix.lower() if isinstance(picture, str | os.PathLike) else ""
+    suffix = Path(picture).suffix.lower() if isinstance(picture, str | Path) else ""
     return suffix in FORMATS and FORMATS[suffix].is_clipped
 
 
-def _picture(values: Image | ArrayLike | str | os.PathLike[str], name: str) -> StoredPicture:
-    if isinstance(values, str | os.PathLike):
+def _picture(values: Image | ArrayLike | str | Path, name: str) -> StoredPicture:
+    if isinstance(values, str | Path):
         return load_picture(values)
     expected = "an Image, an array (H, W, 3) of numbers, or the path of a picture"
     picture = number_array(values, name, MAX_SIDE, _row, expected)

@@ -53,10 +53,10 @@ def read_parts(file: IO[bytes]) -> list[Part]:
     if file.read(4) != _MAGIC:
         raise InputError("expected an EXR file")
     data = file.read(4 + _MOST_BYTES)
+    version = int.from_bytes(data[:4], "little")
+    if version & _NUMBER != 2:
+        raise InputError(f"expected an EXR file of version 2, got {version & _NUMBER}")
     try:
-        version = int.from_bytes(data[:4], "little")
-        if version & _NUMBER != 2:
-            raise InputError(f"expected an EXR file of version 2, got {version & _NUMBER}")
         reader = _Reader(data, 4)
         parts = [_part(reader, is_deep=bool(version & _IS_DEEP))]
         while version & _HAS_PARTS and reader.data[reader.at]:

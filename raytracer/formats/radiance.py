@@ -50,7 +50,7 @@ def check_radiance(picture: NDArray[Any], name: str) -> None:
     """Raise InputError unless all numbers of the array `name`, a picture [H, W, 3], are finite in float32."""
     wrong = 0
     for rows in row_blocks(picture.shape):
-        with np.errstate(over="ignore"):  # numbers beyond float64 become infinite
+        with np.errstate(over="ignore", invalid="ignore"):  # of numbers beyond float64, and of signaling NaN
             values = np.asarray(picture[rows], np.float64)
         wrong += int(np.count_nonzero(~(np.abs(values) <= MAX_RADIANCE)))  # this counts NaN, too
     if wrong:

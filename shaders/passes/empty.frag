@@ -1,4 +1,5 @@
-// The background, for cells in which no surface is visible; nothing if the host defines TRANSPARENT.
+// The background, for cells in which no surface is visible.
+// If the host defines TRANSPARENT, the background does not count.
 
 flat in vec3 background;
 

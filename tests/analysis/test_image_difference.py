@@ -58,6 +58,34 @@ def test_pictures_may_be_lists_and_numbers_of_any_type() -> None:
     assert compare(a, np.asfortranarray(a)[::-1]).largest == 3.0
 
 
+def test_alpha_is_compared_by_itself_and_an_opaque_picture_has_an_alpha_of_1() -> None:
+    shape = 6, 8
+    half = Image(grey(0.25), alpha=np.full(shape, 0.5, np.float32))
+    assert compare(half, half).alpha == 0 and compare(grey(0.5), grey(0.5)).alpha is None
+    for pair in ((half, Image(grey(0.25))), (Image(grey(0.25)), half)):
+        comparison = compare(*pair)
+        assert comparison.alpha == 0.5 and comparison.rmse == 0
+
+
+def test_files_are_compared_by_their_paths(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rng = np.random.default_rng(2)
+    radiance = rng.uniform(0, 2, (6, 8, 3)).astype(np.float32)
+    image = Image(radiance, alpha=np.ones((6, 8), np.float32) / 4)
+    exr, png = tmp_path / "a.exr", tmp_path / "a.png"
+    image.save(exr)
+    Image(radiance).save(png, bits=16)
+    assert compare(exr, image) == compare(str(exr), image)
+    assert compare(exr, image).rmse == 0 and compare(exr, image).alpha == 0
+    assert compare(png, radiance).rmse < 1e-5  # clipped, as only one of the two is a .png
+    assert compare(png, png).rmse == 0
+    with pytest.raises(rt.InputError, match=r"nowhere.exr: expected a picture that can be read"):
+        compare(tmp_path / "nowhere.exr", image)
+    assert main(["compare", str(exr), str(exr), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["alpha"] == 0
+    assert main(["compare", str(exr), str(exr)]) == 0
+    assert "alpha      RMSE 0; the radiance is premultiplied" in capsys.readouterr().out
+
+
 def test_the_second_picture_is_the_reference() -> None:
     assert compare(grey(0.1), grey(0.4)).relative == pytest.approx(0.75)
     assert compare(grey(0.4), grey(0.1)).relative == pytest.approx(3.0)
@@ -270,7 +298,8 @@ def test_each_metric_is_in_the_help_the_table_and_the_json(tmp_path: Path, capsy
     options = [f"--{metric.field}" for metric in optional]
     assert main(["compare", picture, picture, *options]) == 0
     table = [line.partition("  ")[0] for line in capsys.readouterr().out.splitlines()]
-    comparison = compare(black, black, flip="hdr")
-    assert table == ["size", *(metric.row(comparison)[0] for metric in METRICS)]
+    comparison = compare(Image(black, alpha=black[..., 0]), black, flip="hdr")
+    rows = [metric.row(comparison) for metric in METRICS]
+    assert table == ["size", *(row[0] for row in rows if row and row[0] != "alpha")]
     assert main(["compare", picture, picture, *options, "--json"]) == 0
     assert {metric.field for metric in METRICS} <= {*json.loads(capsys.readouterr().out)}

@@ -52,7 +52,7 @@ def cache_name(scene: rt.Scene, **settings: Any) -> str:
 
 
 def make_test_job(scene: rt.Scene, size: tuple[int, int] = SIZE, samples: int = 16, **settings: Any) -> Job:
-    return make_job(scene, size, Settings(**settings), samples, TOLERANCE)
+    return make_job(scene, size, Settings(**settings), samples, TOLERANCE, transparent=False)
 
 
 def test_a_cached_picture_is_not_traced_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
