@@ -9,6 +9,7 @@ all of a cell is in no list.
 from __future__ import annotations
 
 import functools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ from raytracer.compiler.culling import ROUNDING_GROWTH, ball_growth, finest_grid
 from raytracer.compiler.direction_cells import (
     CELL,
     Lists,
+    Part,
+    cells_in,
     hemisphere_cells,
     overlapped_cells,
     overlaps,
@@ -174,14 +177,15 @@ class Lister:
             at = part.stop
         return lo, hi
 
-    def camera_lists(self, size: tuple[int, int]) -> Lists:
-        """Make the lists of programs for the cells of a picture of `size`, row by row from the bottom."""
+    def camera_lists(self, size: tuple[int, int], part: Part) -> Lists:
+        """Make the lists of programs for the cells in a part of a picture of `size`, row by row from the bottom."""
         corner, step, shape = camera_grid(self._view.camera, size)
 
         def find_pairs(centers: Array, radii: Array) -> tuple[Ints, Ints]:
-            return overlaps(*project_balls(self._view.camera, centers, radii), corner, (step, step), shape)
+            bounds = project_balls(self._view.camera, centers, radii)
+            return overlaps(*bounds, corner, (step, step), shape, part=cells_in(part))
 
-        cells = shape[0] * shape[1]
+        cells = math.prod(cells_in(part)[2:])
         none = np.zeros(0, np.int32)
         return self._lists(find_pairs, np.zeros(cells, np.int64), none, 0, most_listed(cells))[0]
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.direction_cells import MARGIN, grown_radii, hemisphere_cells, overlaps
+from raytracer.compiler.direction_cells import MARGIN, Part, cells_in, grown_radii, hemisphere_cells, overlaps
 from raytracer.compiler.orthographic import meet_cells
 from raytracer.compiler.surfaces import Surfaces
 from raytracer.compiler.view_space import View, camera_grid, project_balls
@@ -44,34 +44,38 @@ _SAMPLED = 256
 _LISTED_FOR_RADIUS = 16.0
 
 
-def corner_rays(camera: Camera, size: tuple[int, int]) -> Array:
-    """Return the directions through the corners of a picture's cells (rows + 1, columns + 1, 3), in view space, z = -1.
+def corner_rays(camera: Camera, size: tuple[int, int], part: Part) -> Array:
+    """Return the directions through the corners of cells (rows + 1, columns + 1, 3), in view space, z = -1.
 
-    For an orthographic camera, x and y are the places of the corners.
+    The cells are in a `part` of a picture of `size`, in pixels. For an orthographic camera, x and y are the
+    places of the corners.
     """
-    corner, step, (columns, rows) = camera_grid(camera, size)
+    corner, step, _ = camera_grid(camera, size)
+    left, low, columns, rows = cells_in(part)
     # The last row and column of cells end with the picture.
-    x = np.minimum(corner[0] + step * np.arange(columns + 1), -corner[0])
-    y = np.minimum(corner[1] + step * np.arange(rows + 1), -corner[1])
+    x = np.minimum(corner[0] + step * np.arange(left, left + columns + 1), -corner[0])
+    y = np.minimum(corner[1] + step * np.arange(low, low + rows + 1), -corner[1])
     return np.stack(np.broadcast_arrays(x, y[:, None], -1.0), axis=-1)
 
 
-def occupied_cells(view: View, solids: Sequence[Solid], size: tuple[int, int]) -> Mask:
-    """Find the cells (rows, columns) of a picture in which objects other than half-spaces may be seen.
+def occupied_cells(view: View, solids: Sequence[Solid], size: tuple[int, int], part: Part) -> Mask:
+    """Find the cells (rows, columns) in a part of a picture in which objects other than half-spaces may be seen.
 
     For scenes of few primitives.
     """
-    rays = corner_rays(view.camera, size)
+    rays = corner_rays(view.camera, size, part)
     centers, radii = view.centers, view.surfaces.radii
     corner, step, shape = camera_grid(view.camera, size)
-    pairs = overlaps(*project_balls(view.camera, centers, radii), corner, (step, step), shape)
+    cells = cells_in(part)
+    pairs = overlaps(*project_balls(view.camera, centers, radii), corner, (step, step), shape, part=cells)
     around = corners(rays).reshape(4, -1, 3)[:, pairs[0]]
     if view.camera.projection == "orthographic":
         is_met = meet_cells(around, centers[pairs[1]], radii[pairs[1]])
         kept = pairs[0][is_met], pairs[1][is_met]
     else:
         kept = _keep_in_cone(pairs, around, centers, radii)
-    return _find_occupied(solids, *kept, view.surfaces, shape[0] * shape[1]).reshape(shape[::-1])
+    columns, rows = cells[2:]
+    return _find_occupied(solids, *kept, view.surfaces, columns * rows).reshape(rows, columns)
 
 
 def occupied_cells_of_light(view: View, solids: Sequence[Solid], light: PointLight) -> Mask:

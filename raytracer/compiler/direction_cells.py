@@ -16,6 +16,7 @@ from raytracer.core.validation import InputError
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Part = tuple[int, int, int, int]  # a part of a grid or picture: x, y, width, height; (x, y) is the lowest on the left
 
 # The side of a picture's cells, in pixels.
 CELL = 16
@@ -126,19 +127,24 @@ def overlaps(
     step: tuple[float, float],
     shape: tuple[int, int],
     most: int | None = None,
+    *,
+    part: Part | None = None,
 ) -> tuple[Ints, Ints]:
     """Return (cell, item), each (M,): all pairs of a cell and an item whose rectangle [lo, hi] overlaps the cell.
 
     `lo` and `hi` are (N, 2). In a grid of `shape` (columns, rows), cell (i, j) covers origin + [i, i + 1] step in x,
-    and likewise in y; a step may be negative. The cell's number is j * columns + i. Rectangles have the margin EDGE.
-    Pairs are sorted by item, then cell. Raises InputError above `most` pairs, or MAX_PAIRS.
+    and likewise in y; a step may be negative. Only the cells of a `part` of the grid count. Default: all. In a part
+    from (i0, j0) on, the cell's number is (j - j0) * columns + i - i0, with the columns of the part. Rectangles have
+    the margin EDGE. Pairs are sorted by item, then cell. Raises InputError above `most` pairs, or MAX_PAIRS.
     """
+    left, low, width, height = part or (0, 0, *shape)
     first, last = overlapped_cells(lo, hi, origin, step, shape)
-    count = last - first + 1
+    first = np.maximum(first - (left, low), 0)
+    count = np.maximum(np.minimum(last - (left, low), (width - 1, height - 1)) - first + 1, 0)
     columns, rows = count[:, 0], count[:, 1]
     check_pairs(int(columns @ rows), most)
     item, row = repeat_counting(np.arange(len(lo), dtype=np.int64), np.where(columns > 0, rows, 0), first[:, 1])
-    row, cell = repeat_counting(np.arange(len(item)), columns[item], row * shape[0] + first[item, 0])
+    row, cell = repeat_counting(np.arange(len(item)), columns[item], row * width + first[item, 0])
     return cell, item[row]
 
 
@@ -210,6 +216,18 @@ def hemisphere_cells(centers: Array, radii: Array, grid: int, most: int | None =
     lo, hi = np.concatenate(los, axis=1).T, np.concatenate(his, axis=1).T
     cell, pair = overlaps(lo, hi, (-1.0, -1.0), (step, step), (grid, grid), most)
     return cell + (face * grid * grid)[pair], item[pair]
+
+
+def cells_in(part: Part) -> Part:
+    """Return the cells that a part of a picture touches, in cells."""
+    x, y, width, height = part
+    return x // CELL, y // CELL, -(-(x + width) // CELL) - x // CELL, -(-(y + height) // CELL) - y // CELL
+
+
+def mask_shape(part: Part) -> tuple[int, int]:
+    """Return (rows, columns) of the cells of a part of a picture."""
+    _, _, columns, rows = cells_in(part)
+    return rows, columns
 
 
 def row_starts(cell: Ints, cells: int) -> Ints:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.direction_cells import BLOCK
-from raytracer.compiler.meshes import Mask
+from raytracer.compiler.meshes import Mask, Rectangle
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -71,6 +71,12 @@ class Features(NamedTuple):
             )
             blocks[(height - 1 - rows) // BLOCK, columns // BLOCK] = True
         return blocks
+
+    def within(self, part: Rectangle, size: tuple[int, int]) -> Features:
+        """Return the features in a part of the picture of `size`, with their places in the part."""
+        x, y = self.x - part[0], self.y - (size[1] - part[1] - part[3])
+        seen = (x >= 0.0) & (x <= part[2]) & (y >= 0.0) & (y <= part[3])
+        return Features(x[seen], y[seen], self.areas[seen], self.pixels[seen], self.radiance[seen])
 
     def _corners(self, shape: tuple[int, ...]) -> tuple[Ints, Ints]:
         """Return the rows and columns (4, F each) of the pixels around each centre, in a picture of `shape` (H, W)."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -14,23 +13,24 @@ from raytracer.compiler import packing
 from raytracer.compiler.chain_grids import Grids, update_grids
 from raytracer.compiler.compiled_scene import CompiledScene
 from raytracer.compiler.culling import occupied_cells, occupied_cells_of_light
-from raytracer.compiler.direction_cells import CELL
+from raytracer.compiler.direction_cells import Part, mask_shape
 from raytracer.compiler.grounds import Mask, Sight, make_sight, shadowed_cells
 from raytracer.compiler.limits import DriverLimits
 from raytracer.compiler.material_layout import measured_tables
 from raytracer.compiler.rounds import most_rounds, ray_rounds
 from raytracer.compiler.scene_lists import (
-    GRIDS,
     Caster,
     LightLists,
     light_casters,
     listed_cells,
     make_camera_lists,
     make_light_lists,
+    turn_to_part,
 )
 from raytracer.compiler.surfaces import touched_surfaces
-from raytracer.compiler.view_space import View, make_view, pixel_scale
-from raytracer.core.validation import MAX_COLOR, InputError
+from raytracer.compiler.uniforms import frame_uniforms
+from raytracer.compiler.view_space import View, make_view
+from raytracer.core.validation import InputError
 
 if TYPE_CHECKING:
     from raytracer.scene.materials.merl import Measured
@@ -66,7 +66,7 @@ class LightNumbers(msgspec.Struct, frozen=True, eq=False):
 
 
 class CellMasks(msgspec.Struct, frozen=True, eq=False):
-    """The cells of a picture that special programs may draw. Masks are (rows, columns), the lowest row first."""
+    """The cells of a part that special programs may draw. Masks are (rows, columns), the lowest row first."""
 
     key: Key
     plane_only: Mask  # the plane-only cells that are not empty
@@ -80,6 +80,7 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
 
     compiled: CompiledScene
     size: tuple[int, int]
+    part: Part  # the part of the picture whose cells have lists and masks
     view: View
     surfaces: SurfaceNumbers
     materials: MaterialNumbers
@@ -125,7 +126,7 @@ class Frame(msgspec.Struct, frozen=True, eq=False):
 
     @property
     def camera_lists(self) -> NDArray[np.int32] | None:
-        """Where the list of each cell of the picture begins and ends (cells, 2); None without lists."""
+        """Where the list of each cell of the part begins and ends (cells, 2); None without lists."""
         return self.lists.picture_ends if self.lists else None
 
 
@@ -135,31 +136,35 @@ def make_frame(
     limits: DriverLimits,
     previous: Frame | None = None,
     *,
+    part: Part | None = None,
     plane_only: bool = True,
 ) -> Frame:
     """Compute the numbers of a picture of `size` (width, height). The result shares unchanged parts with `previous`.
 
-    Without `plane_only`, the frame has no plane-only cells, only empty ones. Raises InputError for a scene that needs
-    more texels or layers than the driver has, or candidate lists that take too much time or memory.
+    Only the cells in a `part` of the picture, which begins at a cell's corner, have lists. Default: all cells. Without
+    `plane_only`, the frame has no plane-only cells, only empty ones. Raises InputError for a scene that needs more
+    texels or layers than the driver has, or candidate lists that take too much time or memory.
     """
+    part = part or (0, 0, *size)
     view = _view(compiled, size, previous)
     surfaces = _surfaces(compiled, view, size, previous)
     materials = _materials(compiled, view, limits, previous)
-    lists = _lists(compiled, view, surfaces, size, limits, previous)
+    lists = _lists(compiled, view, surfaces, size, part, limits, previous)
     rounds = lists.rounds if lists else (ray_rounds(compiled),) * 2
     lights = _lights(compiled, view, surfaces, previous)
     grids = update_grids(compiled, view, previous.grids if previous else None)
     frame = Frame(
         compiled=compiled,
         size=size,
+        part=part,
         view=view,
         surfaces=surfaces,
         materials=materials,
         lights=lights,
         lists=lists,
         grids=grids,
-        cells=_cells(compiled, view, surfaces, lights, lists, size, plane_only, previous),
-        uniforms=_uniforms(compiled, view, lists, size),
+        cells=_cells(compiled, view, surfaces, lights, lists, size, part, plane_only, previous),
+        uniforms=frame_uniforms(compiled, view, lists, size),
         rounds=most_rounds(compiled, *(ray + (grids.rounds if grids else 0) for ray in rounds)),
     )
     for name, parts in frame.textures.items():
@@ -231,6 +236,7 @@ def _lists(
     view: View,
     surfaces: SurfaceNumbers,
     size: tuple[int, int],
+    part: Part,
     limits: DriverLimits,
     previous: Frame | None,
 ) -> LightLists | None:
@@ -239,8 +245,9 @@ def _lists(
     assert surfaces.texels is not None
     if previous and previous.lists and previous.surfaces is surfaces:
         camera = previous.lists.camera
+        camera = camera if camera.part == part else turn_to_part(camera, size, part)
     else:
-        camera = make_camera_lists(view, compiled.batches, surfaces.texels, size)
+        camera = make_camera_lists(view, compiled.batches, surfaces.texels, size, part)
     return make_light_lists(
         camera,
         compiled.shadowing_lights,
@@ -258,6 +265,7 @@ def _cells(
     numbers: LightNumbers,
     lists: LightLists | None,
     size: tuple[int, int],
+    part: Part,
     plane_only: bool,
     previous: Frame | None,
 ) -> CellMasks:
@@ -265,20 +273,20 @@ def _cells(
     # Without plane-only cells only empty cells matter, and these show no shadow.
     lights = compiled.shadowing_lights if planes and compiled.surfaces.bounded else ()
     camera, grid = (lists.camera, lists.grid) if lists else (None, 0)
-    stays = surfaces, compiled.batches, camera, grid, size, plane_only, compiled.has_plane_only_cells
+    stays = surfaces, compiled.batches, camera, grid, size, part, plane_only, compiled.has_plane_only_cells
     key = stays, light_casters(lights)
     if previous and previous.cells.key == key:
         return previous.cells
     known = previous.cells if previous and previous.cells.key[0] == stays else None
     if not compiled.has_plane_only_cells:
-        none = np.zeros((-(-size[1] // CELL), -(-size[0] // CELL)), bool)
+        none = np.zeros(mask_shape(part), bool)
         return CellMasks(key, none, none, None, {})
     if known and known.sight:
         sight = known.sight
     else:
         solids = compiled.scene.solids
-        occupied = listed_cells(lists.camera) if lists else occupied_cells(view, solids(), size)
-        sight = make_sight(view, compiled.batches.planes, occupied, size)
+        occupied = listed_cells(lists.camera) if lists else occupied_cells(view, solids(), size, part)
+        sight = make_sight(view, compiled.batches.planes, occupied, size, part)
     free = sight.free
     shadows: dict[Caster, Mask] = {}
     for i, light in enumerate(lights):
@@ -315,26 +323,3 @@ def _shadows(
         return occupied_cells_of_light(view, compiled.scene.solids(), light)
 
     return shadowed_cells(sight, light, view, grazed, occupied)
-
-
-def _uniforms(
-    compiled: CompiledScene, view: View, lists: LightLists | None, size: tuple[int, int]
-) -> dict[str, object]:
-    """Return the values of the uniforms that all samples share, by their names in the shaders."""
-    scene, camera = compiled.scene, view.camera
-    farthest = lists.camera.farthest if lists else 1.0
-    return {
-        "draw.resolution": size,
-        "draw.pixelScale": pixel_scale(camera, size[1]),
-        "draw.ambient": scene.ambient,
-        "draw.background": scene.background,
-        "mostLight": MAX_COLOR,
-        "draw.firstPlane": compiled.surfaces.bounded,
-        "draw.grid": lists.grid if lists else GRIDS[0],
-        "draw.depthScale": 2.0 ** -math.frexp(farthest)[1],
-        # OpenGL reads the matrix by columns, so the rows of the rotation make its inverse, from view to world space.
-        "toWorld": tuple(view.rotation.astype(np.float32).ravel().tolist()),
-        "advance": view.advance,
-        "focus": math.dist(camera.position, camera.look_at),
-        "everything": lists.everything if lists else (0, 0),
-    }

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raytracer.compiler.culling import corner_rays, corners, longest_bounded_ray
-from raytracer.compiler.direction_cells import CELL, MARGIN
+from raytracer.compiler.direction_cells import CELL, MARGIN, Part
 from raytracer.compiler.view_space import View
 from raytracer.scene.lights import PointLight
 
@@ -57,13 +58,14 @@ class Sight(NamedTuple):
     grounds: list[Ground]
 
 
-def make_sight(view: View, planes: Sequence[int], occupied: Mask, size: tuple[int, int]) -> Sight:
-    """Find the half-spaces in the cells of a picture of `size` (width, height) that are not `occupied` (rows, columns).
+def make_sight(view: View, planes: Sequence[int], occupied: Mask, size: tuple[int, int], part: Part) -> Sight:
+    """Find the half-spaces in the cells of a part of a picture of `size` that are not `occupied` (rows, columns).
 
     `planes` are the surface indices of the single half-spaces.
     """
-    rays = corner_rays(view.camera, size)
-    see = _see_parallel if view.camera.projection == "orthographic" else _see_face
+    rays = corner_rays(view.camera, size, part)
+    flattest = _FLATTEST * CELL * sum(-(-side // CELL) + 1 for side in size)
+    see = _see_parallel if view.camera.projection == "orthographic" else partial(_see_face, flattest)
     free = ~occupied
     empty = free.copy()
     grounds = []
@@ -100,11 +102,14 @@ class _Face(NamedTuple):
     side: float  # as in Ground
 
 
-def _see_face(rays: Array, normal: Array, depth: float) -> _Face:
-    """Find a face along rays from the origin with the directions `rays` (..., 3)."""
+def _see_face(flattest: float, rays: Array, normal: Array, depth: float) -> _Face:
+    """Find a face along rays from the origin with the directions `rays` (..., 3).
+
+    `flattest` is the smallest slope with which the face's points are known.
+    """
     lengths = np.linalg.norm(rays, axis=-1)
     slope = rays @ normal
-    steep = np.abs(slope) > _FLATTEST * CELL * sum(rays.shape[:2]) * lengths
+    steep = np.abs(slope) > flattest * lengths
     ahead = steep & (slope * depth > 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         points = np.where(ahead, depth / slope, 0.0)[..., None] * rays

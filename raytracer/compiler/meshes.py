@@ -9,9 +9,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from raytracer.compiler.direction_cells import BLOCK, CELL
+from raytracer.compiler.direction_cells import BLOCK, CELL, Part, cells_in
 
-Rectangle = tuple[int, int, int, int]  # x, y, width, height; (x, y) is the lower left pixel
+Rectangle = Part  # x, y, width, height; (x, y) is the lower left pixel
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.int32]
 
@@ -52,19 +52,24 @@ class Rectangles(msgspec.Struct, frozen=True, eq=False):
 
 
 class Coverage(msgspec.Struct, frozen=True, eq=False):
-    """The parts of a picture of `size` (width, height) that each program draws."""
+    """The cells and rectangles of a part of a picture that each program draws."""
 
-    size: tuple[int, int]
-    cells: Mapping[str, Mask]  # (rows, columns) of cells for each program, the lowest row first
+    part: Rectangle  # whole cells, or up to the picture's edge
+    cells: Mapping[str, Mask]  # (rows, columns) of the part's cells for each program, the lowest row first
     lists: Ints | None  # (cells, 2): where each cell's list begins and ends, in a scene with lists
     rectangles: Ints | None  # (N, 4 or more), for SHAPES: first column and row of pixels, and one past the last
 
     def seen_cells(self, area: Rectangle) -> Mask:
         """Return the cells (rows, columns) of an area in which any surface may be visible."""
-        part = _cell_slices(area)
+        part = self.cell_slices(area)
         if EMPTY in self.cells:
             return ~self.cells[EMPTY][part]
         return np.ones(next(iter(self.cells.values()))[part].shape, bool)
+
+    def cell_slices(self, area: Rectangle) -> tuple[slice, slice]:
+        """Return the rows and columns of the cells of an area in the masks."""
+        (x, y, columns, rows), (left, low, *_) = cells_in(area), cells_in(self.part)
+        return slice(y - low, y - low + rows), slice(x - left, x - left + columns)
 
     def one_cell(self) -> Coverage:
         """Return the coverage of a picture of one cell, drawn by all programs that draw any cell of this picture."""
@@ -73,7 +78,7 @@ class Coverage(msgspec.Struct, frozen=True, eq=False):
         busy = self.cells[SHADE].argmax() if SHADE in self.cells else 0
         lists = None if self.lists is None else self.lists[busy : busy + 1]
         rectangles = None if self.rectangles is None else self.rectangles[:1]
-        return Coverage((CELL, CELL), cells, lists, rectangles)
+        return Coverage((0, 0, CELL, CELL), cells, lists, rectangles)
 
 
 class Meshes(NamedTuple):
@@ -91,48 +96,43 @@ def tile_meshes(coverage: Coverage, tile: Rectangle, mask: Mask | None, list_rea
     `list_readers` names the programs that read the candidate lists of cells.
     """
     meshes = {}
+    where = coverage.cell_slices(tile)
     for name, cells in coverage.cells.items():
-        lists = coverage.lists if name in list_readers else None
-        mesh = _cell_mesh(cells, tile, mask, lists)
+        lists = None
+        if coverage.lists is not None and name in list_readers:
+            lists = coverage.lists.reshape(*cells.shape, 2)[where]
+        mesh = _cell_mesh(cells[where], tile, mask, lists)
         if len(mesh.rows):
             meshes[name] = mesh
     rectangles = None
     if coverage.rectangles is not None:
-        rectangles = _rectangle_mesh(coverage.rectangles, coverage.size, tile, mask)
+        rectangles = _rectangle_mesh(coverage.rectangles, tile, mask)
     return Meshes(meshes, rectangles, mask is None)
 
 
 def _cell_mesh(cells: Mask, tile: Rectangle, mask: Mask | None, lists: Ints | None) -> Cells:
-    part = cells[_cell_slices(tile)]
+    """Return the mesh of a tile's `cells` (rows, columns), with their `lists` (rows, columns, 2) if there are any."""
     per = 1
     if mask is not None:
         per = PER_CELL
-        part = part.repeat(per, axis=0).repeat(per, axis=1) & mask
+        cells = cells.repeat(per, axis=0).repeat(per, axis=1) & mask
     as_points = mask is not None or lists is not None
-    rows = squares(part) if as_points else cell_blocks(part)
-    rows[:, :2] += np.array([tile[0] // CELL * per, tile[1] // CELL * per], np.int32)
+    rows = squares(cells) if as_points else cell_blocks(cells)
     if lists is not None:
         column, row = rows[:, :2].T // per
-        rows = np.column_stack([rows, lists[row * cells.shape[1] + column]]).astype(np.int32)
+        rows = np.column_stack([rows, lists[row, column]]).astype(np.int32)
+    rows[:, :2] += np.array([tile[0] // CELL * per, tile[1] // CELL * per], np.int32)
     return Cells(rows, CELL // per, as_points)
 
 
-def _rectangle_mesh(rectangles: Ints, size: tuple[int, int], tile: Rectangle, mask: Mask | None) -> Rectangles:
+def _rectangle_mesh(rectangles: Ints, tile: Rectangle, mask: Mask | None) -> Rectangles:
     if mask is not None:
         numbers = np.flatnonzero(touches_squares(rectangles, mask, tile[:2], BLOCK))
-    elif tile == (0, 0, *size):
-        numbers = np.arange(len(rectangles))
     else:
         numbers = np.flatnonzero(touches_area(rectangles, tile))
     sides = rectangles[numbers, 2:4] - rectangles[numbers, :2]
     costs = sides[:, 0].astype(np.int64) * sides[:, 1] + _RECTANGLE_COST
     return Rectangles(numbers.astype(np.int32), costs, int(sides.max(initial=0)))
-
-
-def _cell_slices(area: Rectangle) -> tuple[slice, slice]:
-    """Return the rows and columns of the cells of an area."""
-    x, y, width, height = area
-    return slice(y // CELL, -(-(y + height) // CELL)), slice(x // CELL, -(-(x + width) // CELL))
 
 
 def cell_blocks(cells: Mask) -> Ints:
@@ -180,13 +180,18 @@ def touches_area(rectangles: Ints, area: Rectangle) -> Mask:
     return (x0 < x + width) & (x < x1) & (y0 < y + height) & (y < y1)
 
 
-def cells_under(rectangles: Ints, shape: tuple[int, int], side: int) -> Mask:
+def cells_under(rectangles: Ints, part: Rectangle, side: int) -> Mask:
     """Return the squares of a picture, of `side` pixels along each side, that rectangles touch (rows, columns).
 
-    `rectangles` are (N, 4 or more): first column and row of pixels, and one past the last. `shape` is (rows, columns).
+    `rectangles` are (N, 4 or more): first column and row of pixels, and one past the last. `part`: the squares that
+    count, in squares.
     """
-    first, last = rectangles[:, :2] // side, (rectangles[:, 2:4] - 1) // side
-    count = np.zeros((shape[0] + 1, shape[1] + 1), np.int64)
+    corner, most = part[:2], (part[2] - 1, part[3] - 1)
+    first = np.maximum(rectangles[:, :2] // side - corner, 0)
+    last = np.minimum((rectangles[:, 2:4] - 1) // side - corner, most)
+    inside = (first <= last).all(axis=1)
+    first, last = first[inside], last[inside]
+    count = np.zeros((part[3] + 1, part[2] + 1), np.int64)
     for rows, columns, sign in (
         (first[:, 1], first[:, 0], 1),
         (first[:, 1], last[:, 0] + 1, -1),

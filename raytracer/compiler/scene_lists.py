@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from raytracer.compiler.batches import Batches
 from raytracer.compiler.candidate_lists import CasterLists, Lister
-from raytracer.compiler.direction_cells import CELL, MAX_PAIRS, Lists, check_pairs
+from raytracer.compiler.direction_cells import CELL, MAX_PAIRS, Lists, Part, cells_in, check_pairs, mask_shape
 from raytracer.compiler.meshes import cells_under
 from raytracer.compiler.program_rows import check_listed, most_listed
 from raytracer.compiler.rounds import ENTRY_ROUNDS, body_rounds
@@ -54,6 +54,7 @@ class CameraLists(msgspec.Struct, frozen=True, eq=False):
     items: NDArray[np.float32]  # the texels `items` of lists.glsl
     objects: NDArray[np.int32]  # the texels `objects` of shapes.vert
     shape: tuple[int, int]  # rows and columns of cells
+    part: Part  # the part of the picture whose cells have lists; the rectangles are for the whole picture
 
 
 class LightLists(msgspec.Struct, frozen=True, eq=False):
@@ -77,11 +78,13 @@ class LightLists(msgspec.Struct, frozen=True, eq=False):
     rounds: tuple[int, int]  # the most rounds of loops for a ray from the camera or a mirror, and for a ray to a light
 
 
-def make_camera_lists(view: View, batches: Batches, numbers: NDArray[np.float32], size: tuple[int, int]) -> CameraLists:
-    """Make the lists for a picture of `size` (width, height). `numbers` are the texels of surfaces.glsl."""
+def make_camera_lists(
+    view: View, batches: Batches, numbers: NDArray[np.float32], size: tuple[int, int], part: Part
+) -> CameraLists:
+    """Make the lists for a part of a picture of `size` (width, height). `numbers` are the texels of surfaces.glsl."""
     lister = Lister(view, batches)
     rectangles, farthest = lister.rectangles(size)
-    lists = lister.camera_lists(size)
+    lists = lister.camera_lists(size, part)
     return CameraLists(
         lister=lister,
         batches=batches,
@@ -93,8 +96,16 @@ def make_camera_lists(view: View, batches: Batches, numbers: NDArray[np.float32]
         full_list=lister.full_list(),
         items=lister.items_texture(numbers),
         objects=rectangles.reshape(-1, 4),
-        shape=(-(-size[1] // CELL), -(-size[0] // CELL)),
+        shape=mask_shape(part),
+        part=part,
     )
+
+
+def turn_to_part(camera: CameraLists, size: tuple[int, int], part: Part) -> CameraLists:
+    """Return the lists for another part of the same picture. They share everything else with `camera`."""
+    lists = camera.lister.camera_lists(size, part)
+    shape = mask_shape(part)
+    return msgspec.structs.replace(camera, lists=lists, longest=lists.longest(), shape=shape, part=part)
 
 
 def light_casters(lights: Sequence[PointLight]) -> tuple[Caster, ...]:
@@ -118,9 +129,11 @@ def make_light_lists(
     Raises InputError if the lists take too much time or memory even with one cell for each hemisphere.
     """
     casters = light_casters(lights)
-    if previous and previous.camera is not camera:
+    if previous and previous.camera.lister is not camera.lister:
         previous = None
-    if previous and (previous.casters, previous.has_mirrors, previous.most_texels) == (
+    same_camera = previous is not None and previous.camera is camera
+    if previous and (same_camera, previous.casters, previous.has_mirrors, previous.most_texels) == (
+        True,
         casters,
         has_mirrors,
         most_texels,
@@ -147,7 +160,7 @@ def make_light_lists(
         ends=(headers, *(one.lists.ends for one in own)),
         everything=everything,
         picture_ends=previous.picture_ends
-        if previous and previous.everything == everything
+        if previous and same_camera and previous.everything == everything
         else camera.lists.ends + np.int32(len(full_list)),
         rounds=_most_rounds(camera, max((one.longest for one in own), default=0), len(full_list)),
     )
@@ -232,5 +245,5 @@ def _most_rounds(camera: CameraLists, longest_to_light: int, everything: int) ->
 
 
 def listed_cells(camera: CameraLists) -> NDArray[np.bool_]:
-    """Return the cells (rows, columns) of the picture with entries in their lists, or with rectangles."""
-    return camera.lists.occupied().reshape(camera.shape) | cells_under(camera.rectangles, camera.shape, CELL)
+    """Return the cells (rows, columns) of the part with entries in their lists, or with rectangles."""
+    return camera.lists.occupied().reshape(camera.shape) | cells_under(camera.rectangles, cells_in(camera.part), CELL)

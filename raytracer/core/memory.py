@@ -20,18 +20,19 @@ def physical_memory() -> int | None:
         return None
 
 
-def check_memory(needed: int, size: tuple[int, int]) -> None:
+def check_memory(needed: int, size: tuple[int, int], remedy: str = "") -> None:
     """Raise InputError if a picture needs more memory than the machine has; warn (UserWarning) if it needs much.
 
     Args:
         needed: bytes.
         size: (width, height) of the picture in pixels, for the error message.
+        remedy: the end of the error message. Default: none.
     """
     gib, physical = needed / 2**30, physical_memory()
     if physical is not None and needed > physical:
         raise InputError(
             f"expected a picture that fits into this machine's {physical / 2**30:.1f} GiB of memory, "
-            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB",
+            f"got {size[0]}x{size[1]}, which needs {gib:.1f} GiB{remedy}",
             "size",
         )
     if needed > max(_WARN_BYTES, _WARN_SHARE * (physical or 0)):

@@ -2,6 +2,8 @@
 
 May import: all packages except app. Other packages may use
 
+    band_rows: check_rows, default_rows, rows_of_large
+    bands: BandJob, BandedPicture, draw_band, write_bands
     tasks: Done, Failed, Run, run_here
     frame_jobs: FrameJob, DrawnFrame, draw_frame (one picture, in any process)
     frame_store: FrameStore (the files of frames, and which are current)

@@ -13,7 +13,7 @@ possible, the key and the line. The package imports only core and scene. Other p
     material_library: published, MaterialLibrary, collections, read_collection
     material_schema: materials_schema
     image: Image, Geometry, GeometrySource
-    estimate: Estimate, measured_estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
+    estimate: Estimate, join_estimates, measured_estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
         LOWER_BOUND_FACTOR, UNSEEN, WORST_PIXEL_FACTOR
     image_files: FORMATS, check_bits, check_picture_output, load_picture, load_radiance, read_metadata, read_size
     png_chunks: PngWriter; image_png: encode_levels, read_pixels; image_exr: channels

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from raytracer.core.record import Record
@@ -120,6 +121,27 @@ def measured_estimate(
     unknown = FEW_PIXELS if is_dominated_by_few(squares) else ""
     bound = LOWER_BOUND_FACTOR * rmse if unknown else rmse
     return Estimate(samples, seconds, bound, WORST_PIXEL_FACTOR * worst, worst_at, unknown, max_error)
+
+
+def join_estimates(bands: Sequence[tuple[Estimate, int, int]]) -> Estimate:
+    """Return the estimate of a picture from its bands: (estimate, number of pixels, first row from the top).
+
+    The error is unknown if the error of any band is, and uncertain if the error of any band is.
+    """
+    pixels = sum(count for _, count, _ in bands)
+    samples = sum(band.samples * count for band, count, _ in bands) / pixels
+    seconds = sum(band.seconds for band, _, _ in bands)
+    unknown = next((band.unknown for band, _, _ in bands if band.unknown), "")
+    max_error = bands[0][0].max_error
+    known = [(band.rmse, band.worst, band.worst_at, count, top) for band, count, top in bands]
+    squares, worst, worst_at = 0.0, -1.0, (0, 0)
+    for rmse, largest, at, count, top in known:
+        if rmse is None or largest is None or at is None:
+            return Estimate(samples, seconds, unknown=unknown, max_error=max_error)
+        squares += rmse**2 * count
+        if largest > worst:
+            worst, worst_at = largest, (at[0], top + at[1])
+    return Estimate(samples, seconds, math.sqrt(squares / pixels), worst, worst_at, unknown, max_error)
 
 
 def picture_texts(title: str, description: str, estimate: Estimate | None, *, is_timed: bool = True) -> dict[str, str]:

@@ -24,7 +24,7 @@ from raytracer.formats.exr_header import Part, check_whole, read_parts
 from raytracer.formats.radiance import MAX_PIXELS, StoredPicture, check_alpha, check_pixels, check_radiance
 
 # The chromaticities of red, green, blue and white of Rec. 709 (ITU-R BT.709), which sRGB shares.
-_REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+REC_709 = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 # The prefix of the header's attributes that hold the texts of a picture.
 _TEXTS = "raytracer:"
 # The array and its component of each channel of floating-point numbers.
@@ -81,15 +81,27 @@ def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping
     header = {
         "type": exr.scanlineimage,
         "compression": exr.ZIP_COMPRESSION,
-        "chromaticities": _REC_709,
-        **{f"{_TEXTS}{key}": text for key, text in metadata.items()},
+        "chromaticities": REC_709,
+        **header_texts(metadata),
     }
+    with exr.File(header, channels(arrays)) as picture:
+        picture.write(file)
+
+
+def join_channels(radiance: NDArray[Any], alpha: NDArray[Any] | None) -> NDArray[np.float32]:
+    """Join radiance [H, W, 3] and alpha [H, W] for ExrWriter."""
+    parts = [radiance] if alpha is None else [radiance, alpha[..., None]]
+    return np.concatenate(parts, axis=2, dtype=np.float32)
+
+
+def header_texts(metadata: Mapping[str, str]) -> dict[str, str]:
+    """Return the attributes of the header for the texts of a picture."""
+    header = {f"{_TEXTS}{key}": text for key, text in metadata.items()}
     if "Software" in metadata:  # the names that OpenEXR proposes, which other programs show
         header["software"] = metadata["Software"]
     if comments := "; ".join(metadata[key] for key in ("Title", "Description", "Error") if metadata.get(key)):
         header["comments"] = comments
-    with exr.File(header, channels(arrays)) as picture:
-        picture.write(file)
+    return header
 
 
 def channels(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

@@ -9,7 +9,9 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, Any, NamedTuple, Protocol
+
+from numpy.typing import NDArray
 
 from raytracer.core.files import open_regular
 from raytracer.core.output import check_output
@@ -17,7 +19,34 @@ from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean_file
 from raytracer.core.validation import InputError, check_path
 from raytracer.formats import image_exr, image_npz, image_png
+from raytracer.formats.exr_writer import ExrWriter
+from raytracer.formats.png_chunks import PngWriter
 from raytracer.formats.radiance import MAX_PIXELS, PictureRows, StoredPicture
+
+
+class RowWriter(Protocol):
+    """Writes a picture row by row, from the top."""
+
+    def write_rows(self, pixels: NDArray[Any], /) -> None:
+        """Write the next rows of pixels [rows, W, 3 or 4]."""
+        ...
+
+    def close(self, texts: Mapping[str, str], /) -> None:
+        """Write the end of the file, with texts by name that only the finished picture has, if the format can."""
+        ...
+
+
+class RowFormat(NamedTuple):
+    """The way to write a picture of a format row by row, so that it need not fit into memory.
+
+    Attributes:
+        encode: a function of (radiance, alpha or None) that returns pixels for the writer. If the format has `bits`,
+            this function and `open` have a keyword `bits`.
+        open: a function of (file, width, height, number of channels, texts by name) that begins a file.
+    """
+
+    encode: Callable[..., NDArray[Any]]
+    open: Callable[..., RowWriter]
 
 
 class ImageFormat(NamedTuple):
@@ -38,6 +67,7 @@ class ImageFormat(NamedTuple):
         writing_bytes: the memory that writing takes besides the image's arrays, in bytes per pixel. Default: 0, as rows
             are written one after another.
         require: a function that raises InputError if the package is missing that the format needs. Default: none.
+        rows: the way to write a picture row by row. None: there is none.
     """
 
     write: Callable[..., None]
@@ -51,6 +81,7 @@ class ImageFormat(NamedTuple):
     bits: tuple[int, ...] = ()
     writing_bytes: int = 0
     require: Callable[[], object] | None = None
+    rows: RowFormat | None = None
 
     @property
     def has_geometry(self) -> bool:
@@ -69,6 +100,7 @@ FORMATS: dict[str, ImageFormat] = {
         most_bytes=16 * MAX_PIXELS,  # twice the uncompressed size of the largest picture, 4 channels of 16 bits
         is_clipped=True,
         bits=(8, 16),
+        rows=RowFormat(image_png.encode_levels, PngWriter),
     ),
     ".npz": ImageFormat(
         write=image_npz.write,
@@ -91,6 +123,7 @@ FORMATS: dict[str, ImageFormat] = {
         is_clipped=False,
         writing_bytes=4 * 12,  # a copy of each channel
         require=image_exr.require,
+        rows=RowFormat(image_exr.join_channels, ExrWriter),
     ),
 }
 

@@ -55,13 +55,13 @@ def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping
     """Write the arrays `radiance` and, if present, `alpha` as sRGB of 8 or 16 `bits`, with the metadata as text."""
     radiance, alpha = arrays["radiance"], arrays.get("alpha")
     height, width = radiance.shape[:2]
-    writer = PngWriter(file, width, height, 3 if alpha is None else 4, bits, metadata)
+    writer = PngWriter(file, width, height, 3 if alpha is None else 4, metadata, bits)
     for rows in row_blocks(radiance.shape):
         writer.write_rows(encode_levels(radiance[rows], None if alpha is None else alpha[rows], bits))
     writer.close()
 
 
-def encode_levels(radiance: NDArray[Any], alpha: NDArray[Any] | None, bits: int) -> NDArray[Any]:
+def encode_levels(radiance: NDArray[Any], alpha: NDArray[Any] | None, bits: int = 8) -> NDArray[Any]:
     """Encode radiance [H, W, 3] as sRGB levels of 8 or 16 `bits` [H, W, 3], or with alpha [H, W, 4].
 
     `radiance` is premultiplied by `alpha` [H, W]; the levels are straight: of the radiance divided by alpha.

@@ -63,7 +63,7 @@ class PngWriter:
     """Writes a PNG file row by row, from the top, so that a picture need not fit into memory."""
 
     def __init__(
-        self, file: IO[bytes], width: int, height: int, channels: int, bits: int, texts: Mapping[str, str]
+        self, file: IO[bytes], width: int, height: int, channels: int, texts: Mapping[str, str], bits: int = 8
     ) -> None:
         """Write the begin of the file.
 
@@ -71,8 +71,8 @@ class PngWriter:
             file: an open binary file.
             width, height: the picture's size in pixels.
             channels: 3 for RGB, 4 for RGBA with straight alpha.
-            bits: 8 or 16, per channel.
             texts: texts by their names of 1 to 79 characters of Latin-1.
+            bits: 8 or 16, per channel.
         """
         self._file = file
         self._row = width * channels
@@ -82,8 +82,12 @@ class PngWriter:
         self._compressor = zlib.compressobj(strategy=zlib.Z_RLE)
         file.write(SIGNATURE)
         _write_chunk(file, b"IHDR", struct.pack(">2I5B", width, height, bits, _WRITTEN[channels], 0, 0, 0))
+        self._write_texts(texts)
+
+    def _write_texts(self, texts: Mapping[str, str]) -> None:
         for key, value in texts.items():
-            _write_chunk(file, b"iTXt", key.encode("latin-1") + bytes(5) + value.encode())  # plain, no language
+            data = key.encode("latin-1") + bytes(5) + value.encode()  # plain, no language
+            _write_chunk(self._file, b"iTXt", data)
 
     def write_rows(self, levels: NDArray[Any]) -> None:
         """Write the next rows: whole numbers [rows, width, channels] in the range of the bits."""
@@ -95,9 +99,10 @@ class PngWriter:
         if data := self._compressor.compress(filtered.data):
             _write_chunk(self._file, b"IDAT", data)
 
-    def close(self) -> None:
-        """Write the end of the file. The file stays open."""
+    def close(self, texts: Mapping[str, str] | None = None) -> None:
+        """Write the end of the file, with more `texts` that only the finished picture has. The file stays open."""
         _write_chunk(self._file, b"IDAT", self._compressor.flush())
+        self._write_texts(texts or {})
         _write_chunk(self._file, b"IEND", b"")
 
 

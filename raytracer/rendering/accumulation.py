@@ -38,7 +38,7 @@ def margin(options: SamplingOptions) -> int:
 
 
 class Accumulation:
-    """The samples of a `part` of a picture of `size`, which consists of `tiles`.
+    """The samples of a `part` of a picture, which consists of `tiles`.
 
     All tiles get a sample before any tile gets the next one, so that decisions see the blocks of all tiles together.
     `measurements` are the basis of the choice of blocks and, with a stopping rule or `always_estimates`, of the error
@@ -52,20 +52,21 @@ class Accumulation:
         options: SamplingOptions,
         part: Rectangle,
         tiles: Sequence[Rectangle],
-        size: tuple[int, int],
+        bounds: Rectangle,
         *,
         features: Features | None = None,
         always_estimates: bool = False,
     ) -> None:
         """Start without samples.
 
-        `features` are the bright features of the whole picture, if the options have `max_error`. Blocks with features
-        that samples may have missed get more samples.
+        `bounds` are the pixels on which decisions may depend: the whole picture, or the part alone, so that the part
+        is a picture of its own. `features` are the bright features of the part, if the options have `max_error`. Blocks
+        with features that samples may have missed get more samples.
         """
         self._renderer, self._measurements, self._options = renderer, measurements, options
-        self._part, self._size, self._features = part, size, features
+        self._part, self._features = part, features
         self._chooses = measurements is not None and stopping_rule.chooses_blocks(options)
-        area, *areas = (surrounding_area(item, size) if self._chooses else item for item in (part, *tiles))
+        area, *areas = (surrounding_area(item, bounds) if self._chooses else item for item in (part, *tiles))
         self._sums = [TileSums(renderer, i, *item) for i, item in enumerate(zip(tiles, areas, strict=True))]
         cells = renderer.seen_cells(area)
         self._blocks = Blocks.make_all(area, cells)
@@ -222,7 +223,7 @@ class Accumulation:
         if self._features is not None and options.max_error is not None:
             # A block whose samples all missed its bright features seems to have enough samples.
             active = active | blocks.active & self._features.find_missed_blocks(
-                n, options.max_error, self._size, active.shape
+                n, options.max_error, self._part[2:], active.shape
             )
         if not active.any():
             self._is_enough = True
@@ -309,12 +310,11 @@ class Accumulation:
         `mean` is an array for the mean of the samples (H, W, 3), `deviation` for the root of their variance, summed
         over channels (H, W), and `alpha` for the coverage (H, W). The top row is first. None: not needed.
         """
-        x, y, _, height = self._part
         is_even = self.samples == 1 or not self._chooses
         for sums in self._sums:
             sums.take_turn()
             tile = sums.tile
-            where = place((tile[0] - x, tile[1] - y, *tile[2:]), height)
+            where = place(tile, self._part)
             counts = self.samples if is_even else self._blocks
             sums.read_mean(counts, mean[where])
             if alpha is not None:

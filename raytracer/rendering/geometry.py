@@ -49,11 +49,12 @@ def draw_geometry(device: Device, request: GeometryRequest) -> Geometry:
     tile = tile_size(request.size, request.tile, is_drawn_once=True)
     with closing(TileRenderer(device, tile, geometry=True)) as renderer:
         renderer.load(find_programs(device, compiled, None), frame)
-        for rectangle in split(request.size, tile):
+        whole = 0, 0, *request.size
+        for rectangle in split(whole, tile):
             renderer.draw(rectangle, [sample_at(0, SamplingOptions())])  # at the centre of each pixel
             part = renderer.read_geometry(rectangle[2:])
             for array, values in zip(geometry, part, strict=True):
-                array[place(rectangle, height)] = values
+                array[place(rectangle, whole)] = values
     if frame.view.advance:  # added in float64, because it may be far larger than the distances
         geometry.depth[...] = geometry.depth.astype(np.float64) + frame.view.advance
     return geometry

@@ -31,17 +31,17 @@ _WHY_NO_TIME = "the time was enough for only 1 sample in some pixels"
 
 
 class PictureArrays:
-    """The arrays of a picture of `size` (width, height), the top row first.
+    """The arrays of a `part` of a picture, the top row first.
 
-    `features` are the small bright features of the picture; None: no error estimate is needed. `transparent`: whether
-    the picture has an alpha.
+    `features` are the small bright features of the part; None: no error estimate is needed. `transparent`: whether the
+    picture has an alpha.
     """
 
     def __init__(
-        self, size: tuple[int, int], options: SamplingOptions, features: Features | None, *, transparent: bool = False
+        self, part: Rectangle, options: SamplingOptions, features: Features | None, *, transparent: bool = False
     ) -> None:
-        shape = size[1], size[0]
-        self.size = size
+        shape = part[3], part[2]
+        self.part = part
         self.options = options
         self.radiance = np.empty((*shape, 3), np.float32)
         self.alpha = np.empty(shape, np.float32) if transparent else None
@@ -59,12 +59,13 @@ class PictureArrays:
         renderer: TileRenderer,
         measurements: BlockMeasurements | None,
         tiles: Sequence[Rectangle],
+        size: tuple[int, int],
         progress: Progress | None,
     ) -> float:
-        """Draw all tiles, and return the duration in seconds, without compilation.
+        """Draw all tiles of a picture of `size`, and return the duration in seconds, without compilation.
 
-        With a stopping rule, which decides on the whole picture, all tiles get their samples together; without, one
-        tile after the other.
+        With a stopping rule, which decides on the whole part, all tiles get their samples together; without, one tile
+        after the other.
         """
         if self.options.time is not None:
             renderer.warm()
@@ -75,7 +76,7 @@ class PictureArrays:
             self._draw_by_rule(renderer, measurements, tiles, progress)
         else:
             for i, tile in enumerate(tiles):
-                accumulation = Accumulation(renderer, measurements, self.options, tile, [tile], self.size)
+                accumulation = Accumulation(renderer, measurements, self.options, tile, [tile], (0, 0, *size))
                 self._complete(
                     renderer, accumulation, tile, math.inf, partial(_report_progress, progress, i, len(tiles))
                 )
@@ -91,11 +92,11 @@ class PictureArrays:
         progress: Progress | None,
     ) -> None:
         """Add samples until the error measured by a replicate is small enough, or samples or time are used up."""
-        options, whole = self.options, (0, 0, *self.size)
+        options, part = self.options, self.part
         until = math.inf if options.time is None else time.perf_counter() + options.time
-        accumulation = Accumulation(renderer, measurements, options, whole, tiles, self.size, features=self._features)
+        accumulation = Accumulation(renderer, measurements, options, part, tiles, part, features=self._features)
         while True:
-            self._complete(renderer, accumulation, whole, until, partial(_report_progress, progress, 0, 1))
+            self._complete(renderer, accumulation, part, until, partial(_report_progress, progress, 0, 1))
             for _ in self.measure(renderer, tiles):
                 pass
             if not accumulation.resume(self.estimate(0.0), self._seconds_left(accumulation, until)):
@@ -136,7 +137,7 @@ class PictureArrays:
 
     def read(self, accumulation: Accumulation, part: Rectangle) -> None:
         """Read the samples of a part into the arrays."""
-        where = place(part, self.size[1])
+        where = place(part, self.part)
         others = (None if array is None else array[where] for array in (self.deviation, self.alpha))
         samples = accumulation.read(self.radiance[where], *others)
         if self.samples is not None:
@@ -154,7 +155,7 @@ class PictureArrays:
         """Measure the error of the picture in the arrays. Yields after each step."""
         spread = self._spread
         if spread:
-            self._measurement = yield from replicate.measure(renderer, tiles, self.radiance, spread)
+            self._measurement = yield from replicate.measure(renderer, tiles, self.part[:2], self.radiance, spread)
 
     def estimate(self, seconds: float) -> Estimate:
         """Estimate the error of the picture, which took `seconds` to draw."""

@@ -15,14 +15,17 @@ from raytracer.rendering.stopping_rule import APRON
 MARGIN = CELL + BLOCK + APRON
 
 
-def surrounding_area(tile: Rectangle, size: tuple[int, int]) -> Rectangle:
-    """Return the area on which decisions about a tile depend: its blocks and APRON pixels around, in whole cells."""
+def surrounding_area(tile: Rectangle, bounds: Rectangle) -> Rectangle:
+    """Return the area on which decisions about a tile depend: its blocks and APRON pixels around, in whole cells.
+
+    The area ends at the `bounds`, which begin at a cell's corner.
+    """
     (x, right), (y, top) = (
         (
-            max(0, (at // BLOCK * BLOCK - APRON) // CELL * CELL),
-            min(side, -(-(-(-(at + length) // BLOCK) * BLOCK + APRON) // CELL) * CELL),
+            max(first, (at // BLOCK * BLOCK - APRON) // CELL * CELL),
+            min(first + side, -(-(-(-(at + length) // BLOCK) * BLOCK + APRON) // CELL) * CELL),
         )
-        for side, at, length in zip(size, tile[:2], tile[2:], strict=True)
+        for first, side, at, length in zip(bounds[:2], bounds[2:], tile[:2], tile[2:], strict=True)
     )
     return x, y, right - x, top - y
 

@@ -144,7 +144,7 @@ class ProgressivePicture:
         features = bright_features(compiled, drawn_size) if measurements and options.max_error is not None else None
         whole = 0, 0, *drawn_size
         self._accumulation = Accumulation(
-            tiles, measurements, options, whole, [whole], drawn_size, features=features, always_estimates=True
+            tiles, measurements, options, whole, [whole], whole, features=features, always_estimates=True
         )
 
     def _tiles_for(self, size: tuple[int, int], *, geometry: bool) -> TileRenderer:
@@ -203,7 +203,7 @@ class ProgressivePicture:
         end = time.perf_counter() + self._budget
         whole: Rectangle = (0, 0, self.size[0], self.size[1])
         if self._arrays is None or self._measuring is None:
-            self._arrays = PictureArrays(self.size, accumulation.options, bright_features(self._compiled, self.size))
+            self._arrays = PictureArrays(whole, accumulation.options, bright_features(self._compiled, self.size))
             self._arrays.read(accumulation, whole)
             self._measuring = self._arrays.measure(self._tiles, [whole])
         for _ in self._measuring:

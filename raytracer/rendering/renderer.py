@@ -9,6 +9,7 @@ from raytracer.compiler.compiled_scene import CompiledScene, compile
 from raytracer.compiler.draws import SAMPLES_AT_ONCE
 from raytracer.compiler.features import NO_FEATURES
 from raytracer.compiler.frame import Frame, make_frame
+from raytracer.compiler.meshes import Rectangle
 from raytracer.core.progress import Progress
 from raytracer.formats.estimate import Estimate, picture_texts
 from raytracer.formats.image import Image
@@ -17,6 +18,7 @@ from raytracer.rendering.accumulation import is_measured, margin
 from raytracer.rendering.block_measurements import BlockMeasurements
 from raytracer.rendering.geometry import DrawnGeometry, GeometryRequest
 from raytracer.rendering.picture_arrays import PictureArrays
+from raytracer.rendering.pixel_blocks import surrounding_area
 from raytracer.rendering.programs import ScenePrograms, picture_programs
 from raytracer.rendering.tile_renderer import TileRenderer
 from raytracer.rendering.tiles import TILE, split, tile_size
@@ -56,9 +58,11 @@ class _Kept(NamedTuple):
         numbers = sum(part.nbytes for parts in self.frame.textures.values() for part in parts)
         return width * height > _KEPT_PIXELS or numbers > _KEPT_BYTES
 
-    def shows(self, compiled: CompiledScene, size: tuple[int, int], *, plane_only: bool) -> bool:
-        """Whether the frame fits a picture of this scene and size."""
-        return self.frame.compiled is compiled and self.frame.size == size and self.plane_only == plane_only
+    def shows(self, compiled: CompiledScene, size: tuple[int, int], part: Rectangle, *, plane_only: bool) -> bool:
+        """Whether the frame fits a part of a picture of this scene and size."""
+        frame = self.frame
+        is_same = frame.compiled is compiled and frame.size == size and frame.part == part
+        return is_same and self.plane_only == plane_only
 
     def draws(self, compiled: CompiledScene, *, plane_only: bool, several: bool, transparent: bool) -> bool:
         """Whether the programs fit that scene."""
@@ -88,6 +92,7 @@ class Renderer:
         size: tuple[int, int],
         settings: Settings,
         *,
+        part: Rectangle | None = None,
         geometry: bool = True,
         progress: Progress | None = None,
         tile: int = TILE,
@@ -99,6 +104,10 @@ class Renderer:
 
         Args:
             scene, size, settings, geometry, progress, transparent: see `rt.render()`
+            part: the pixels to draw (x, y, width, height), with the lower left one first, in whole cells of CELL pixels
+                or up to the picture's edge. The image then shows only them, and needs memory only for them: without a
+                stopping rule, it has the same bits as the whole picture; with one, its error is measured for itself.
+                `geometry` must be False. Default: the whole picture.
             tile: side of the largest target in pixels
             single_picture: whether this is the process's only picture, which leaves out programs that take longer to
                 compile than they save
@@ -106,6 +115,9 @@ class Renderer:
         """
         options, (width, height) = settings.sampling, size
         estimates |= options.has_stopping_rule
+        whole = 0, 0, width, height
+        part = part or whole
+        assert part == whole or not geometry
         kept = self._kept
         compiled = compile(scene, settings.compile_options, kept.frame.compiled if kept else None)
         self.device.limits.check(compiled)
@@ -113,19 +125,20 @@ class Renderer:
         features = None
         if estimates:
             # If the samples do not support an error estimate, no features are needed.
-            features = bright_features(compiled, size) if options.estimates_error else NO_FEATURES
-        arrays = PictureArrays(size, options, features, transparent=transparent)
+            features = bright_features(compiled, size).within(part, size) if options.estimates_error else NO_FEATURES
+        arrays = PictureArrays(part, options, features, transparent=transparent)
         # Plane-only cells have programs of their own if these save more time than their compilation takes.
         plane_only = not single_picture or width * height * options.samples >= _WORTH_PLANE_ONLY
         # With a time limit, samples are drawn one by one.
         several = options.samples >= SAMPLES_AT_ONCE and options.time is None
-        largest = tile_size(size, tile, is_drawn_once=options.samples == 1)
+        largest = tile_size(part[2:], tile, is_drawn_once=options.samples == 1)
         around = 2 * margin(options)
         target = min(width, largest[0] + around), min(height, largest[1] + around)
         with self.device.turn():
             try:
+                shown = surrounding_area(part, whole) if around else part
                 loaded = self._load(
-                    compiled, size, target, plane_only=plane_only, several=several, transparent=transparent
+                    compiled, size, shown, target, plane_only=plane_only, several=several, transparent=transparent
                 )
                 tiles, measurements = loaded.tiles, None
                 if is_measured(options, estimates=estimates):
@@ -134,7 +147,7 @@ class Renderer:
                         measurements = BlockMeasurements(self.device, tiles.player, tiles.target)
                     loaded = loaded._replace(measurements=measurements)
                 self._kept = loaded
-                seconds = arrays.draw(tiles, measurements, list(split(size, largest)), progress)
+                seconds = arrays.draw(tiles, measurements, list(split(part, largest)), size, progress)
             except BaseException:
                 self.close()
                 raise
@@ -159,19 +172,23 @@ class Renderer:
         self,
         compiled: CompiledScene,
         size: tuple[int, int],
+        part: Rectangle,
         target: tuple[int, int],
         *,
         plane_only: bool,
         several: bool,
         transparent: bool,
     ) -> _Kept:
-        """Upload the parts of a scene that are not on the GPU. `target` is the size of the largest tile."""
+        """Upload the parts of a scene that are not on the GPU, for a part of the picture of `size`.
+
+        `target` is the size of the largest tile.
+        """
         kept = self._kept
-        if kept and kept.shows(compiled, size, plane_only=plane_only):
+        if kept and kept.shows(compiled, size, part, plane_only=plane_only):
             frame = kept.frame
         else:
             previous = kept.frame if kept else None
-            frame = make_frame(compiled, size, self.device.limits, previous, plane_only=plane_only)
+            frame = make_frame(compiled, size, self.device.limits, previous, part=part, plane_only=plane_only)
         if kept and kept.draws(compiled, plane_only=plane_only, several=several, transparent=transparent):
             programs, several = kept.programs, kept.several
         else:

@@ -87,13 +87,18 @@ class Measurement(NamedTuple):
 
 
 def measure(
-    renderer: TileRenderer, tiles: Sequence[Rectangle], radiance: NDArray[np.float32], spread: Spread
+    renderer: TileRenderer,
+    tiles: Sequence[Rectangle],
+    corner: tuple[int, int],
+    radiance: NDArray[np.float32],
+    spread: Spread,
 ) -> Generator[None, None, Measurement]:
     """Measure the error of a picture. Yields after each sample of the replicate. The sums of the tiles stay unchanged.
 
     Args:
-        renderer, tiles: the renderer that drew the picture, and its tiles
-        radiance: the picture (H, W, 3), the top row first
+        renderer, tiles: the renderer that drew the picture, or a part of it, and its tiles
+        corner: the lower left pixel of the part
+        radiance: the part (H, W, 3), the top row first
         spread: the spread of its samples
     """
     errors = spread.relative_errors()
@@ -105,12 +110,12 @@ def measure(
     rows, columns, probabilities = choose_blocks(weights, BLOCKS)
     squares = np.zeros(len(rows))
     for tile in tiles:
-        x, y, width, height = tile
+        x, y, width, height = tile[0] - corner[0], tile[1] - corner[1], *tile[2:]
         low, left = y // BLOCK, x // BLOCK
         inside = (rows >= low) & (rows * BLOCK < y + height) & (columns >= left) & (columns * BLOCK < x + width)
         if inside.any():
             blocks = rows[inside], columns[inside]
-            squares[inside] = yield from _squared_differences(renderer, tile, *blocks, radiance, spread)
+            squares[inside] = yield from _squared_differences(renderer, tile, corner, *blocks, radiance, spread)
     total, least, is_uncertain = squared_error(squares / 2.0, probabilities)
     return Measurement(total, least, is_uncertain, math.sqrt(total / (3.0 * weights.sum())) / unit)
 
@@ -162,13 +167,17 @@ def squared_error(squares: Array, probabilities: Array) -> tuple[float, float, b
 def _squared_differences(
     renderer: TileRenderer,
     tile: Rectangle,
+    corner: tuple[int, int],
     rows: Ints,
     columns: Ints,
     radiance: NDArray[np.float32],
     spread: Spread,
 ) -> Generator[None, None, Array]:
-    """Return the squared differences between the picture and a replicate, summed over each of some blocks of a tile."""
-    x, y, width, height = tile
+    """Return the squared differences between the picture and a replicate, summed over each of some blocks of a tile.
+
+    `rows` and `columns` count the blocks from the `corner` of the part that `radiance` and `spread` show.
+    """
+    x, y, width, height = tile[0] - corner[0], tile[1] - corner[1], *tile[2:]
     # Views with the lowest row first, because rows of blocks are counted from the bottom.
     picture, samples = radiance[::-1], spread.samples
     corners = np.column_stack((columns * BLOCK, rows * BLOCK))

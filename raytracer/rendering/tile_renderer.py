@@ -265,7 +265,7 @@ def _coverage(programs: Collection[str], frame: Frame) -> Coverage:
         others &= ~mask
     cells |= {name: others for name in (SEE, SHADE, PICTURE) if name in programs}
     rectangles = frame.rectangles if SHAPES in programs else None
-    return Coverage(frame.size, cells, frame.camera_lists, rectangles)
+    return Coverage(frame.part, cells, frame.camera_lists, rectangles)
 
 
 def _check_rounds(cut_short: bool) -> None:

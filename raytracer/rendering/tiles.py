@@ -25,16 +25,17 @@ def tile_size(size: tuple[int, int], side: int, *, is_drawn_once: bool) -> tuple
     return width, min(size[1], side, rows)
 
 
-def split(size: tuple[int, int], tile: tuple[int, int]) -> Iterator[Rectangle]:
-    """Yield the tiles of a picture, from the top down. `tile` is the size of the largest tile."""
-    width, height = size
+def split(part: Rectangle, tile: tuple[int, int]) -> Iterator[Rectangle]:
+    """Yield the tiles of a part of a picture, from the top down. `tile` is the size of the largest tile."""
+    left, low, width, height = part
     # Tiles start at the lowest row, because cells and blocks do.
     for y in reversed(range(0, height, tile[1])):
         for x in range(0, width, tile[0]):
-            yield x, y, min(tile[0], width - x), min(tile[1], height - y)
+            yield left + x, low + y, min(tile[0], width - x), min(tile[1], height - y)
 
 
-def place(tile: Rectangle, height: int) -> tuple[slice, slice]:
-    """Return the rows and columns of a tile in arrays of a picture of `height` rows, the top row first."""
+def place(tile: Rectangle, part: Rectangle) -> tuple[slice, slice]:
+    """Return the rows and columns of a tile in arrays of a part of a picture, the top row first."""
     x, y, columns, rows = tile
-    return slice(height - y - rows, height - y), slice(x, x + columns)
+    left, top = x - part[0], part[1] + part[3] - y - rows
+    return slice(top, top + rows), slice(left, left + columns)

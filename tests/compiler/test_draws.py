@@ -38,7 +38,7 @@ FOUR_SAMPLES = SamplingOptions(samples=4)
 def coverage(**cells: list[str]) -> Coverage:
     """Return the coverage of a picture of 2 x 3 cells, the lowest row first. A program draws the cells marked "#"."""
     masks = {name: np.array([[c == "#" for c in row] for row in rows]) for name, rows in cells.items()}
-    return Coverage(SIZE, masks, None, None)
+    return Coverage((0, 0, *SIZE), masks, None, None)
 
 
 GROUND = coverage(see=["#..", ".#."], shade=["#..", ".#."], plane_only=[".##", "..."], empty=["...", "#.#"])

@@ -28,11 +28,13 @@ def pixel_mask(rectangle: np.ndarray) -> np.ndarray:
 def test_the_cells_under_rectangles_are_the_cells_with_a_pixel_of_a_rectangle() -> None:
     for count in (0, 1, 3, 8):
         rectangles = random_rectangles(count)
-        covered = cells_under(rectangles, (ROWS, COLUMNS), SIDE)
+        covered = cells_under(rectangles, (0, 0, COLUMNS, ROWS), SIDE)
         pixels = np.zeros((SIDE * ROWS, SIDE * COLUMNS), bool)
         for rectangle in rectangles:
             pixels |= pixel_mask(rectangle)
         np.testing.assert_array_equal(covered, pixels.reshape(ROWS, SIDE, COLUMNS, SIDE).any(axis=(1, 3)))
+        some = cells_under(rectangles, (2, 3, COLUMNS - 4, ROWS - 5), SIDE)
+        np.testing.assert_array_equal(some, covered[3 : ROWS - 2, 2 : COLUMNS - 2], "only the cells of a part")
 
 
 def test_a_rectangle_touches_squares_that_share_a_pixel_with_it() -> None:

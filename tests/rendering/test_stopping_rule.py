@@ -92,12 +92,12 @@ def test_blocks_around_a_tile_are_active_until_some_blocks_stop() -> None:
     size = 70, 40
     blocks = Blocks.make_all((0, 0, *size), np.arange(15).reshape(3, 5) != 8).add_samples(2)
     tile = 32, 16, 16, 16
-    around = blocks.surround(tile, surrounding_area(tile, size))
+    around = blocks.surround(tile, surrounding_area(tile, (0, 0, *size)))
     assert around.area == (16, 0, 48, 40) and around.is_whole and around.active.all() and (around.samples == 2).all()
     assert around.cells.tolist() == [[True] * 3, [True, True, False], [True] * 3]
     active = blocks.active.copy()
     active[4, 8] = active[0, 0] = False
-    around = blocks.narrow(active).surround(tile, surrounding_area(tile, size))
+    around = blocks.narrow(active).surround(tile, surrounding_area(tile, (0, 0, *size)))
     assert not around.is_whole and around.cells.tolist() == [[False] * 3, [False, True, False], [False] * 3]
     np.testing.assert_array_equal(around.active[around.block_slices(tile)], active[blocks.block_slices(tile)])
     assert around.active.sum() == 15
@@ -111,6 +111,8 @@ def test_an_empty_cell_is_not_measured_once_some_blocks_have_stopped() -> None:
 
 
 def test_a_tile_is_surrounded_by_whole_cells_within_the_picture() -> None:
-    assert surrounding_area((32, 16, 16, 16), (100, 50)) == (16, 0, 48, 48)
-    assert surrounding_area((0, 0, 100, 50), (100, 50)) == (0, 0, 100, 50)
-    assert surrounding_area((33, 17, 2, 2), (100, 50)) == (16, 0, 32, 32)
+    whole = (0, 0, 100, 50)
+    assert surrounding_area((32, 16, 16, 16), whole) == (16, 0, 48, 48)
+    assert surrounding_area(whole, whole) == whole
+    assert surrounding_area((33, 17, 2, 2), whole) == (16, 0, 32, 32)
+    assert surrounding_area((32, 16, 16, 16), (32, 16, 60, 20)) == (32, 16, 32, 20), "nothing beyond the bounds"
