@@ -15,7 +15,8 @@ possible, the key and the line. The package imports only core and scene. Other p
     image: Image, Geometry, GeometrySource
     estimate: Estimate, measured_estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
         LOWER_BOUND_FACTOR, UNSEEN, WORST_PIXEL_FACTOR
-    image_files: FORMATS, load_radiance, read_size
+    image_files: FORMATS, load_radiance, read_metadata, read_size
+    movies: MOVIES, write_movie, check_movie
     radiance: row_blocks, check_radiance, MAX_RADIANCE; srgb: encode_srgb8, decode_srgb
     toml_text: parse_toml
 

@@ -1,6 +1,6 @@
 """Picture files: the formats by suffix, and reading of untrusted pictures.
 
-To add a format, add a module with `write`, `read_size` and `read_radiance`, and an entry in FORMATS.
+To add a format, add a module with `write`, `read_size`, `read_radiance` and `read_metadata`, and an entry in FORMATS.
 """
 
 from __future__ import annotations
@@ -29,6 +29,8 @@ class ImageFormat(NamedTuple):
         read_size: a function that returns (width, height) of an open file. It raises InputError for wrong bytes.
         read_radiance: a function that returns the linear radiance of an open file [H, W, 3], whose rows are read by
             slices. It raises InputError for wrong bytes.
+        read_metadata: a function that returns the texts of an open file by name. It raises InputError for wrong bytes
+            and for a file that is cut off.
         most_bytes: the largest size of a file that is read, in bytes.
         is_clipped: whether the format clips radiance to [0, 1].
     """
@@ -38,6 +40,7 @@ class ImageFormat(NamedTuple):
     optional: tuple[str, ...]
     read_size: Callable[[IO[bytes]], tuple[int, int]]
     read_radiance: Callable[[IO[bytes]], NDArray[Any] | image_png.Levels]
+    read_metadata: Callable[[IO[bytes]], Mapping[str, str]]
     most_bytes: int
     is_clipped: bool
 
@@ -54,6 +57,7 @@ FORMATS: dict[str, ImageFormat] = {
         optional=(),
         read_size=image_png.read_size,
         read_radiance=image_png.read_radiance,
+        read_metadata=image_png.read_metadata,
         most_bytes=16 * MAX_PIXELS,  # twice the uncompressed size of the largest picture, 4 channels of 16 bits
         is_clipped=True,
     ),
@@ -63,6 +67,7 @@ FORMATS: dict[str, ImageFormat] = {
         optional=("samples", "error"),
         read_size=image_npz.read_size,
         read_radiance=image_npz.read_radiance,
+        read_metadata=image_npz.read_metadata,
         most_bytes=2**31 - 1,  # for 2 GB and more NumPy writes a zip64 archive, which core/npz.py does not read
         is_clipped=False,
     ),
@@ -86,6 +91,15 @@ def load_radiance(path: str | os.PathLike[str]) -> NDArray[Any] | image_png.Leve
     """
     with _open_picture(path) as (file, form):
         return form.read_radiance(file)
+
+
+def read_metadata(path: str | os.PathLike[str]) -> Mapping[str, str]:
+    """Read the texts of a picture file, by name.
+
+    Raises InputError as load_radiance() does, and for a file that is cut off.
+    """
+    with _open_picture(path) as (file, form):
+        return form.read_metadata(file)
 
 
 @contextmanager

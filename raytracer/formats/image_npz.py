@@ -14,6 +14,8 @@ from raytracer.formats.radiance import MAX_PIXELS, check_pixels, check_radiance
 
 # The largest size of the array `radiance`, in bytes: 16 for the widest floating-point numbers.
 _MAX_ARRAY = 16 * 3 * MAX_PIXELS
+# The largest size of the array `metadata`, in bytes, 4 a character. The program writes some 2,000.
+_MAX_METADATA = 1 << 20
 
 
 def write(file: IO[bytes], arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, str]) -> None:
@@ -36,6 +38,25 @@ def read_radiance(file: IO[bytes]) -> NDArray[Any]:
     [picture] = read_arrays(file, lambda names: ["radiance"], _check_array, _MAX_ARRAY).values()
     check_radiance(picture, "radiance")
     return picture
+
+
+def read_metadata(file: IO[bytes]) -> dict[str, str]:
+    """Return the texts of a picture by their names. Raises InputError for a damaged or incomplete file."""
+    import json
+
+    [array] = read_arrays(file, lambda names: ["metadata"], _check_metadata, _MAX_METADATA).values()
+    try:
+        texts = json.loads(str(array))
+    except (ValueError, RecursionError):
+        texts = None
+    if not isinstance(texts, dict) or not all(isinstance(text, str) for text in texts.values()):
+        raise InputError("expected a JSON object of texts", "metadata")
+    return texts
+
+
+def _check_metadata(name: str, shape: tuple[int, ...], dtype: Any) -> None:
+    if shape or dtype.kind != "U":
+        raise InputError(f"expected a text, got {shape} of {dtype}", name)
 
 
 def _check_array(name: str, shape: tuple[int, ...], dtype: Any) -> None:

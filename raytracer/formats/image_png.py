@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from raytracer.core.shown import escape_unprintable
 from raytracer.core.validation import InputError
-from raytracer.formats.png_chunks import SIGNATURE, check_whole, read_header
+from raytracer.formats.png_chunks import SIGNATURE, check_whole, read_header, read_texts
 from raytracer.formats.radiance import MAX_PIXELS, row_blocks
 from raytracer.formats.srgb import decode_srgb, encode_srgb8
 
@@ -74,6 +74,12 @@ def _write_chunk(file: IO[bytes], kind: bytes, data: bytes) -> None:
 def read_size(file: IO[bytes]) -> tuple[int, int]:
     """Read only the (width, height) of a picture. Raises InputError."""
     return read_header(file, MAX_PIXELS)[:2]
+
+
+def read_metadata(file: IO[bytes]) -> dict[str, str]:
+    """Return the texts of a PNG file by their names. Raises InputError for a damaged or incomplete file."""
+    check_whole(file, MAX_PIXELS)
+    return read_texts(file)
 
 
 def read_radiance(file: IO[bytes]) -> Levels:

@@ -5,6 +5,7 @@ import OpenGL, and imports NumPy only for instances, measured materials and some
 
     scene: Scene, check_scene, used_models
     scene_objects: SceneObjects
+    canonical: canonical (a scene as plain data, for the keys of stored pictures)
     solids: a subpackage with its own list
     instances: Instances
     lights: PointLight, FALLOFFS
