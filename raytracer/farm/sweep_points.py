@@ -56,6 +56,17 @@ def varied_paths(points: Sequence[Point]) -> list[str]:
     return [path for path in first if len(points) == 1 or any(point[path] != first[path] for point in points)]
 
 
+def label_names(paths: Sequence[str]) -> dict[str, str]:
+    """Return a short name for each path: its shortest end with a name of a key that no other path ends in."""
+    names: dict[str, str] = {}
+    for path in paths:
+        parts = path.split(".")
+        ends = [".".join(parts[i:]) for i in reversed(range(len(parts))) if not parts[i].isdigit()]
+        others = [f".{other}" for other in paths if other != path]
+        names[path] = next((end for end in ends if not any(other.endswith(f".{end}") for other in others)), path)
+    return names
+
+
 def _text(path: Any) -> str:
     if not isinstance(path, str):
         raise InputError(f'expected paths such as "lights.0.position", got {format_value(path)}', "values")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Sequence
 from typing import IO, Any, NamedTuple
 
@@ -116,14 +117,13 @@ def fit_text(text: str, width: float, font: Any) -> str:
     text = escape_unprintable(text)
     if len(text) <= _MOST_CHARACTERS and font.getlength(text) <= width:
         return text
-    fits = ""
-    for kept in range(min(len(text), _MOST_CHARACTERS)):
+
+    def shorten(kept: int) -> str:
         # The end, with the value of a path, is longer than the beginning.
-        shorter = f"{text[: kept // 3]}...{text[len(text) - (kept - kept // 3) :]}"
-        if font.getlength(shorter) > width:
-            break
-        fits = shorter
-    return fits
+        return f"{text[: kept // 3]}...{text[len(text) - (kept - kept // 3) :]}"
+
+    counts = range(min(len(text), _MOST_CHARACTERS))
+    return shorten(bisect_right(counts, width, key=lambda kept: font.getlength(shorten(kept))) - 1)
 
 
 def _first_lines(lines: Sequence[str]) -> list[str]:
