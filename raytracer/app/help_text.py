@@ -45,6 +45,20 @@ HELP = {
         "With --quality, the exit status is 0 even if the samples do not reach the error of the preset.",
         "--max-error was not reached (the picture is written)",
     ),
+    "animate": CommandHelp(
+        "render the frames of an animated scene, and write a movie",
+        (
+            "turntable -o turntable.mp4",
+            "turntable -o turntable.webp --size 320x180 --frames 0:12",
+            "turntable -o frames/%04d.npz --max-error 0.004",
+        ),
+        "docs/animation.md",
+        "The scene file has a table [animation]. Options override the [settings] of the scene file. The frames of a "
+        "movie are made in the folder OUT.frames. After Ctrl-C, the same command goes on: it draws the frames that are "
+        "missing, and those that were drawn with other settings or by another driver.",
+        "a frame failed (the others are made), or did not reach --max-error",
+        "interrupted by Ctrl-C; the frames until then are kept",
+    ),
     "view": CommandHelp(
         "show a scene in a window",
         ("assignment", "my.toml --shadows soft --samples 1024"),

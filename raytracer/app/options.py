@@ -8,6 +8,8 @@ import warnings
 from functools import partial
 from typing import Any, get_args
 
+from msgspec import UNSET
+
 from raytracer.core.validation import InputError
 from raytracer.formats.scene_file import examples
 from raytracer.scene.materials.models import SHADINGS
@@ -178,6 +180,12 @@ def chosen_settings(options: argparse.Namespace) -> SettingsPatch:
 def chosen_size(options: argparse.Namespace) -> tuple[int, int] | None:
     """Return the size that the user set by --size, or None."""
     return getattr(options, "size", None)
+
+
+def is_error_chosen(in_file: SettingsPatch, chosen: SettingsPatch) -> bool:
+    """Whether the user set max_error as a number. A quality sets max_error, too, but limits the samples as well."""
+    patches = (in_file, chosen) if chosen.quality is UNSET else (chosen,)
+    return any(patch.max_error not in (UNSET, None) for patch in patches)
 
 
 def warn_about_scene(name: str, scene: Scene, settings: Settings) -> None:

@@ -14,8 +14,8 @@ building a scene and reporting a wrong value need no NumPy. Other packages may u
     arrays: number_array, float_array
     files: open_regular, read_bounded (files of the user); find_data_folder, read_packaged (files that are installed
         with the package)
-    output: check_output, check_folder, check_place, write_atomically, replace_atomically, write_new, write_numbered,
-        Writer
+    output: check_output, check_folder, check_place, make_folder, write_atomically, replace_atomically, write_new,
+        write_numbered, Writer
     npz: read_arrays, read_shape
     memory: check_memory, physical_memory, picture_bytes
     collector: pause_collector

@@ -31,6 +31,14 @@ def check_output(path: str | os.PathLike[str], suffixes: Collection[str]) -> Pat
     return path
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder, and the folders around it, unless it exists. Raises InputError if that is not possible."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"expected a place for a folder: {error.strerror or error}", file=str(folder)) from None
+
+
 def check_folder(folder: Path, *names: str) -> None:
     """Raise InputError unless `folder` is writable and no file in it blocks one of the `names`."""
     _check_folder(folder, folder)

@@ -52,19 +52,28 @@ def announce_step(title: str) -> None:
         print_note(title)
 
 
+def format_duration(seconds: float) -> str:
+    """Return a duration with one unit: "40 s", "12 min" or "3.5 h"."""
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
 def _is_terminal() -> bool:
     return sys.stderr is not None and sys.stderr.isatty()
 
 
 @contextmanager
 def _lines(title: str) -> Iterator[Progress]:
-    last_line, last_percent = time.monotonic(), -1
+    start = time.monotonic()
+    last_line, last_percent = start, -1
 
     def progress(done: int, total: int) -> None:
         nonlocal last_line, last_percent
         now, percent = time.monotonic(), 100 * done // max(total, 1)
         if done < total and percent > last_percent and now - last_line >= _SECONDS_WITHOUT_LINE:
-            print_note(f"{title}: {percent} %")
+            left = f", {format_duration((now - start) * (total - done) / done)} left" if done else ""
+            print_note(f"{title}: {percent} %{left}")
             last_line, last_percent = now, percent
 
     yield progress

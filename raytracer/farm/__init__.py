@@ -3,4 +3,7 @@
 May import: all packages except app. Other packages may use
 
     tasks: Done, Failed, Run, run_here
+    frame_jobs: FrameJob, DrawnFrame, draw_frame (one picture, in any process)
+    frame_store: FrameStore (the files of frames, and which are current)
+    frames: FrameResult, make_frames (all frames of a movie)
 """

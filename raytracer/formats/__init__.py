@@ -16,7 +16,8 @@ possible, the key and the line. The package imports only core and scene. Other p
     estimate: Estimate, measured_estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
         LOWER_BOUND_FACTOR, UNSEEN, WORST_PIXEL_FACTOR
     image_files: FORMATS, load_radiance, read_metadata, read_size
-    movies: MOVIES, write_movie, check_movie
+    image_png: read_pixels
+    movies: MOVIES, write_movie, check_movie, DEFAULT_CRF, MAX_CRF
     radiance: row_blocks, check_radiance, MAX_RADIANCE; srgb: encode_srgb8, decode_srgb
     toml_text: parse_toml
 

@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
 
 
+# The colour type of pictures with red, green, blue and alpha.
+_RGBA = 6
+
+
 class Levels:
     """The radiance of a PNG, stored as integer levels [H, W, 3] and a table of each level's radiance.
 
@@ -95,6 +99,17 @@ def read_radiance(file: IO[bytes]) -> Levels:
     if pixels.shape[2] == 4 and (pixels[..., 3] != top_level).any():
         raise InputError("expected an opaque picture, got one with transparent pixels")
     return Levels(pixels[..., :3], decode_srgb(np.arange(top_level + 1) / top_level))
+
+
+def read_pixels(file: IO[bytes]) -> NDArray[np.uint8]:
+    """Return the pixels of a PNG with 8 bits per channel: sRGB [H, W, 3], or [H, W, 4] with alpha.
+
+    Raises InputError for another file.
+    """
+    header = check_whole(file, MAX_PIXELS)
+    if header.bits != 8:
+        raise InputError(f"expected 8 bits per channel, got {header.bits}")
+    return _pixels8(file)[..., : 4 if header.colour == _RGBA else 3]
 
 
 @contextmanager

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 # A function that returns the picture of a frame, counted from 0: sRGB uint8 [H, W, 3], or [H, W, 4] with alpha.
-Pictures = Callable[[int], NDArray[np.uint8]]
+Picture = NDArray[np.uint8]
+Pictures = Callable[[int], Picture]
 
 # The constant rate factor if the user chooses none: x264's scale, on which 18 is called visually lossless.
 DEFAULT_CRF = 18

@@ -9,9 +9,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from msgspec import UNSET
-
-from raytracer.app.options import add_backend, add_scene, add_settings, chosen_settings, chosen_size, warn_about_scene
+from raytracer.app.options import (
+    add_backend,
+    add_scene,
+    add_settings,
+    chosen_settings,
+    chosen_size,
+    is_error_chosen,
+    warn_about_scene,
+)
 from raytracer.core.memory import check_memory, picture_bytes
 from raytracer.core.progress import progress_bar
 from raytracer.core.terminal import print_error, print_lines
@@ -19,7 +25,6 @@ from raytracer.core.validation import check_size, locate_errors
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
 from raytracer.scene.settings import Settings
-from raytracer.scene.settings_patch import SettingsPatch
 
 if TYPE_CHECKING:
     from raytracer.formats.image import Image
@@ -71,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
         f"wrote {output}: {size[0]}x{size[1]}, {_samples(image, settings)}, {seconds:.1f} s", str(image.estimate)
     )
     if missed := _missed_error_warning(image, settings):
-        if _is_error_chosen(section.settings, chosen):
+        if is_error_chosen(section.settings, chosen):
             print_error(f"{output}: {missed}")
             return 1
         print_lines(missed)  # a quality set max_error, and limits the samples: no failure
@@ -117,9 +122,3 @@ def _missed_error_warning(image: Image, settings: Settings) -> str:
         samples = f"{settings.samples} samples were" if settings.samples > 1 else "1 sample was"
         remedy = f"{samples} not enough: try more --samples"
     return f"{error}, but at most {settings.max_error:g} was requested; {remedy}"
-
-
-def _is_error_chosen(in_file: SettingsPatch, chosen: SettingsPatch) -> bool:
-    """Whether the user set max_error as a number. A quality sets max_error, too, but limits the samples as well."""
-    patches = (in_file, chosen) if chosen.quality is UNSET else (chosen,)
-    return any(patch.max_error not in (UNSET, None) for patch in patches)
