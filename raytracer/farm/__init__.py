@@ -6,4 +6,9 @@ May import: all packages except app. Other packages may use
     frame_jobs: FrameJob, DrawnFrame, draw_frame (one picture, in any process)
     frame_store: FrameStore (the files of frames, and which are current)
     frames: FrameResult, make_frames (all frames of a movie)
+    sweep_points: Point, list_points, label_names, point_text, varied_paths (the values of a sweep)
+    swept_scenes: SweepSource (the scenes of a sweep)
+    sweep_pictures: sweep (as rt.sweep)
+    sweep_run: Sweep, SweepOutcome, Reference (all pictures of a sweep)
+    sweep_table: SweepRow, read_measurements, write_rows (sweep.csv)
 """

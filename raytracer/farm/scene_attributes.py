@@ -6,7 +6,7 @@ from typing import Any
 
 from raytracer.core.record import Record
 from raytracer.core.suggest import did_you_mean, known_names
-from raytracer.core.validation import InputError, KeyNameError, Keys, items, within
+from raytracer.core.validation import KeyNameError, Keys, items, within
 from raytracer.scene.materials.material import Material
 from raytracer.scene.scene import Scene
 
@@ -46,10 +46,8 @@ def _replace(owner: Any, path: Keys, value: Any) -> Any:
         name = str(key)
         known = _names(owner)
         if name not in known and not isinstance(owner, Material):  # a material may have a parameter of another model
-            raise KeyNameError(
-                f"unknown attribute `{name}` of {type(owner).__name__} ({known_names(known)}){did_you_mean(name, known)}",
-                name,
-            )
+            hint = f"({known_names(known)}){did_you_mean(name, known)}"
+            raise KeyNameError(f"unknown attribute `{name}` of {type(owner).__name__} {hint}", name)
         old = getattr(owner, name, None)
         with within(name):
             new = _replace(old, rest, value)

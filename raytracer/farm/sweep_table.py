@@ -26,7 +26,7 @@ class Measurements(NamedTuple):
     """The measurements of a picture, as texts of the table.
 
     Attributes:
-        seconds: the time for drawing.
+        seconds: the time for drawing the samples, without the compilation of shaders and the encoding of the file.
         samples: the mean number of samples per pixel.
         error: the estimated error, RMSE in linear radiance; "" if unknown.
         error_kind: "about", "at least" or "unknown".
@@ -47,7 +47,7 @@ class SweepRow(NamedTuple):
     """A row of the table.
 
     Attributes:
-        index: the number of the picture, from 0.
+        number: the number of the picture, from 0.
         file: the name of the picture's file; "" if there is none.
         point: the values.
         measurements: the measurements, or None if there is no picture.
@@ -56,7 +56,7 @@ class SweepRow(NamedTuple):
         problem: the reason why there is no picture, in one line; "" if there is one.
     """
 
-    index: int
+    number: int
     file: str
     point: Point
     measurements: Measurements | None = None
@@ -65,11 +65,11 @@ class SweepRow(NamedTuple):
     problem: str = ""
 
 
-def make_measurements(seconds: float, estimate: Estimate, rmse: float | None) -> Measurements:
+def make_measurements(estimate: Estimate, rmse: float | None) -> Measurements:
     """Return the measurements of a picture as texts. Errors have all their digits."""
     is_known = estimate.rmse is not None
     return Measurements(
-        f"{seconds:.3g}",
+        f"{estimate.seconds:.4g}",
         f"{estimate.samples:.6g}",
         repr(estimate.rmse) if is_known else "",
         "unknown" if not is_known else "at least" if estimate.uncertain else "about",
@@ -86,7 +86,7 @@ def write_rows(file: IO[bytes], paths: Sequence[str], rows: Iterable[SweepRow]) 
     for row in rows:
         values = (value_text(row.point[path]) for path in paths)
         measured = row.measurements or ("",) * len(_MEASURED)
-        writer.writerow((row.index, row.file, *values, *measured, row.reference, row.key, row.problem))
+        writer.writerow((row.number, row.file, *values, *measured, row.reference, row.key, row.problem))
     text.detach()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from raytracer.core.validation import InputError, KeyNameError
+from raytracer.core.validation import InputError, KeyNameError, locate_errors
 from raytracer.farm.scene_attributes import replace_attribute
 from raytracer.farm.sweep_points import Point
 from raytracer.formats.scene_file import SceneDocument
@@ -73,10 +73,11 @@ class SweepSource(NamedTuple):
         """
         for path in points[0]:
             keys = parse_path(path)
-            for value in dict.fromkeys(point[path] for point in points):
-                self._check_path(path, value)
-            if keys[0] == "settings":
-                _check_conflicts(str(keys[1]), self.chosen, is_sized=self.size is not None)
+            with locate_errors(path):
+                for value in dict.fromkeys(point[path] for point in points):
+                    self._check_path(path, value)
+                if keys[0] == "settings":
+                    _check_conflicts(str(keys[1]), self.chosen, is_sized=self.size is not None)
         try:
             self.scene_at(points[0])
         except KeyNameError as error:
@@ -133,6 +134,4 @@ def _check_conflicts(name: str, chosen: SettingsPatch, *, is_sized: bool) -> Non
         is_both_stopping = name in _STOPPING and other in _STOPPING
         is_quality = (other == "quality" and name in sampling) or (name == "quality" and other in sampling)
         if other == name or is_quality or is_both_stopping:
-            option = other.replace("_", "-")
-            raise InputError(f"expected no other value of {other} for a sweep of settings.{name}: omit --{option}")
-
+            raise InputError(f"expected no {other} beside a sweep of this setting, which {other} would override")

@@ -8,6 +8,7 @@ possible, the key and the line. The package imports only core and scene. Other p
         examples
     scene_paths: parse_path, replace_values (values in the tables of a scene file, by paths)
     animated_scene: animation, AnimatedScene (as rt.*), open_animation
+    value_texts: Value, MAX_COMPONENTS, MAX_VALUES, parse_values, value_text; value_table: read_value_table
     settings_section: SettingsSection, DEFAULT_SIZE, section_text
     companion_files: copy_files
     material_library: published, MaterialLibrary, collections, read_collection
@@ -15,6 +16,7 @@ possible, the key and the line. The package imports only core and scene. Other p
     image: Image, Geometry, GeometrySource
     estimate: Estimate, measured_estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
         LOWER_BOUND_FACTOR, UNSEEN, WORST_PIXEL_FACTOR
+    contact_sheet: Cell, choose_cells, count_columns, reduce_picture, small_side, write_sheet
     image_files: FORMATS, load_radiance, read_metadata, read_size
     image_png: read_pixels
     movies: MOVIES, write_movie, check_movie, DEFAULT_CRF, MAX_CRF

@@ -109,9 +109,9 @@ def _spread(first: Value, last: Value, count: int, text: str, *, is_log: bool) -
         raise InputError(f"expected ends above 0 of a range with log, got {format_value(text)}")
     import numpy as np  # imported here, because a command line without ranges does not need NumPy
 
-    spread = np.geomspace if is_log else np.linspace
+    start, stop = np.array(ends, np.float64)
     with np.errstate(all="ignore"):
-        rows = spread(*np.array(ends, np.float64), count).tolist()
+        rows = (np.geomspace(start, stop, count) if is_log else np.linspace(start, stop, count)).tolist()
     if not all(math.isfinite(number) for row in rows for number in row):
         raise InputError(f"expected ends whose difference is a finite number, got {format_value(text)}")
     rows = [tuple(map(_whole, row)) for row in rows]

@@ -78,5 +78,7 @@ def test_a_sheet_shows_all_pictures_or_400_at_equal_distances() -> None:
 @pytest.mark.parametrize(
     ("count", "across", "columns"), [(6, None, 3), (6, 2, 2), (6, 3, 3), (60, 2, 8), (60, 30, 8), (1, None, 1)]
 )
-def test_the_columns_are_the_requested_ones_if_a_screen_shows_them(count: int, across: int | None, columns: int) -> None:
+def test_the_columns_are_the_requested_ones_if_a_screen_shows_them(
+    count: int, across: int | None, columns: int
+) -> None:
     assert count_columns(count, across) == columns

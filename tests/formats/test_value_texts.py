@@ -2,6 +2,7 @@
 
 import csv
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -34,9 +35,11 @@ def test_a_list_has_the_values_of_its_items_and_ranges(text: str, values: list[V
 
 @pytest.mark.parametrize(("ends", "suffix"), [((0.1, 0.7), ""), ((1e-3, 0.3), ":log"), ((1e-12, 7.7e11), ":log")])
 def test_a_range_has_exact_ends_and_equal_steps(ends: tuple[float, float], suffix: str) -> None:
-    values = [float(value) for value in parse_values(f"{ends[0]!r}:{ends[1]!r}:11{suffix}") if not isinstance(value, str)]
+    values = [
+        float(value) for value in parse_values(f"{ends[0]!r}:{ends[1]!r}:11{suffix}") if not isinstance(value, str)
+    ]
     assert (values[0], values[-1]) == ends and len(values) == 11
-    steps = [math.log(b / a) if suffix else b - a for a, b in zip(values, values[1:], strict=False)]
+    steps = [math.log(b / a) if suffix else b - a for a, b in pairwise(values)]
     assert max(steps) - min(steps) < 1e-11 * max(map(abs, steps))
 
 
@@ -100,7 +103,7 @@ def test_a_table_returns_as_it_was_written(tmp_path: Path) -> None:
         (b"lights..radius\n1\n", "values.csv:1: expected a path such as"),
         (b"a,b\n1\n", "values.csv:2: expected 2 values, got 1"),
         (b"a,b\n1,2\n\n1,[2\n", "values.csv:4: b: expected a vector"),
-        (b"a\n1\n\"\n", "values.csv:3: expected CSV: unexpected end of data"),
+        (b'a\n1\n"\n', "values.csv:3: expected CSV: unexpected end of data"),
         (b"a\n\xff\n", "values.csv: expected UTF-8 text"),
         (b"a\n" + b"1\n" * (MAX_VALUES + 1), f"values.csv:{MAX_VALUES + 2}: expected at most {MAX_VALUES} rows"),
     ],
