@@ -69,7 +69,7 @@ HELP = {
     "sweep": CommandHelp(
         "render a scene with many values of its file, and write a table of their errors",
         (
-            "assignment --set lights.0.radius=0:1:5 -o radii --shadows soft --samples 16",
+            "assignment --set lights.0.radius=0.2:1:5 -o radii --shadows soft --samples 16",
             "assignment --set settings.samples=1:256:9:log --reference 8 -o convergence",
             "materials --table values.csv -o pictures --format npz",
         ),
