@@ -19,7 +19,7 @@ possible, the key and the line. The package imports only core and scene. Other p
     contact_sheet: Cell, choose_cells, count_columns, reduce_picture, small_side, write_sheet
     image_files: FORMATS, load_radiance, read_metadata, read_size
     image_png: read_pixels
-    movies: MOVIES, write_movie, check_movie, DEFAULT_CRF, MAX_CRF
+    movies: MOVIES, Picture, write_movie, check_movie, DEFAULT_CRF, MAX_CRF
     radiance: row_blocks, check_radiance, MAX_RADIANCE; srgb: encode_srgb8, decode_srgb
     toml_text: parse_toml
 

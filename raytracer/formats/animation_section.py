@@ -14,8 +14,9 @@ from raytracer.scene.tracks import Animation, Interpolation, Track, TrackValue
 
 # The most frames: a movie of 11 hours at 24 frames per second.
 MAX_FRAMES = 1_000_000
-# The most frames per second. High-speed cameras record faster, but no screen shows more.
-MAX_FPS = 1000.0
+# The fewest and the most frames per second: a frame lasts a whole number of milliseconds in the lossless formats, and
+# at most a quarter of an hour.
+MIN_FPS, MAX_FPS = 0.001, 1000.0
 # The largest turn of the camera in all frames: 1000 rounds.
 MAX_TURN = 360_000.0
 # The most tracks. Each one copies the tables around its value, for each frame.
@@ -41,9 +42,7 @@ def parse_animation(value: Any, tables: Mapping[str, Any]) -> Animation:
     with within("animation"):
         table = check_table(value, ("frames", "fps", "turntable", "tracks"), ("frames",))
         frames = integer(table["frames"], "frames", 1, MAX_FRAMES)
-        fps = number(table.get("fps", 24.0), "fps", 0.0, MAX_FPS, f"a number above 0, at most {MAX_FPS:g}")
-        if fps == 0.0:
-            raise InputError(f"expected a number above 0, at most {MAX_FPS:g}, got 0", "fps")
+        fps = number(table.get("fps", 24.0), "fps", MIN_FPS, MAX_FPS, f"a number in [{MIN_FPS:g}, {MAX_FPS:g}]")
         expected = f"degrees in [{-MAX_TURN:g}, {MAX_TURN:g}]"
         turntable = number(table.get("turntable", 0.0), "turntable", -MAX_TURN, MAX_TURN, expected)
         with within("tracks"):

@@ -203,16 +203,21 @@ def _frames(pictures: Pictures, count: int, progress: Progress) -> Image:
 
         def __init__(self) -> None:
             super().__init__()
-            self._at = -1
-            self.seek(0)
+            self._at, self._loaded = 0, -1
+            self.load()
 
         def seek(self, frame: int) -> None:
             if frame >= count:
                 raise EOFError
-            if frame != self._at:
-                picture = Image.fromarray(pictures(frame))
-                self.im, self._mode, self._size, self._at = picture.im, picture.mode, picture.size, frame
-                progress(frame + 1, count)
+            self._at = frame
+
+        def load(self) -> Any:
+            # Pillow comes to each frame twice, first for its mode alone.
+            if self._at != self._loaded:
+                picture = Image.fromarray(pictures(self._at))
+                self.im, self._mode, self._size, self._loaded = picture.im, picture.mode, picture.size, self._at
+                progress(self._at + 1, count)
+            return super().load()
 
         def tell(self) -> int:
             return self._at

@@ -3,7 +3,8 @@
 May import: core, scene, formats, compiler, gpu. Other packages may use
 
 - picture: render (public as raytracer.render)
-- renderer: Renderer, for pictures by a device that the caller owns, in tiles, or without an estimate; metadata
+- renderer: Renderer, for pictures by a device that the caller owns, in tiles, or without an estimate; metadata;
+    shared_renderer, the one of rt.render()
 - progressive: ProgressivePicture, the picture of a window
 - brdf: evaluate, bake, call (public as raytracer.brdf)
 

@@ -30,7 +30,7 @@ BAD = [
     ("frames = true", "animation.frames: expected a whole number"),
     ('frames = "48"', "animation.frames: expected a whole number"),
     ("frames = [48]", "animation.frames: expected a whole number"),
-    ("frames = 48\nfps = 0", "animation.fps: expected a number above 0, at most 1000, got 0"),
+    ("frames = 48\nfps = 0", "animation.fps: expected a number in [0.001, 1000], got 0"),
     ("frames = 48\nfps = -24", "animation.fps"),
     ("frames = 48\nfps = 1001", "animation.fps"),
     ("frames = 48\nfps = nan", "animation.fps"),
