@@ -76,7 +76,7 @@ HELP = {
         "docs/sweeps.md",
         "A path names a value of the scene file, as in lights.0.position. Options override the [settings] of the scene "
         "file. A second run draws only the pictures that are missing or were made with other values or settings.",
-        "the scene refuses some values (all other pictures are written), or --max-error was not reached",
+        "the scene refuses some values (all others are drawn), --max-error was not reached",
         "interrupted by Ctrl-C; the pictures until then are kept, and the same command goes on with them",
     ),
     "extremes": CommandHelp(

@@ -10,5 +10,6 @@ May import: all packages except app. Other packages may use
     swept_scenes: SweepSource (the scenes of a sweep)
     sweep_pictures: sweep (as rt.sweep)
     sweep_run: Sweep, SweepOutcome, Reference (all pictures of a sweep)
+    sweep_sheet: SweepSheet (the contact sheet)
     sweep_table: SweepRow, read_measurements, write_rows (sweep.csv)
 """

@@ -6,10 +6,10 @@ possible, the key and the line. The package imports only core and scene. Other p
     scene_file: load, load_all, load_settings, loads, SceneFile (as rt.*); find_scene, read_document, parse_document,
         SceneDocument (a file that was read once for several uses); read_text, companion_paths, edit_positions,
         examples
-    scene_paths: parse_path, replace_values (values in the tables of a scene file, by paths)
+    scene_paths: parse_path, replace_value, replace_values (values in the tables of a scene file, by paths)
     animated_scene: animation, AnimatedScene (as rt.*), open_animation
     value_texts: Value, MAX_COMPONENTS, MAX_VALUES, parse_values, value_text; value_table: read_value_table
-    settings_section: SettingsSection, DEFAULT_SIZE, section_text
+    settings_section: SettingsSection, DEFAULT_SIZE, parse_section, section_text
     companion_files: copy_files
     material_library: published, MaterialLibrary, collections, read_collection
     material_schema: materials_schema

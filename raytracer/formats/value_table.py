@@ -91,5 +91,5 @@ def _read_values(paths: list[str], cells: list[str], line: int) -> dict[str, Val
         try:
             values[path] = parse_value(cell)
         except InputError as error:
-            raise InputError(f"{path}: {error.reason}", line=line) from None
+            raise InputError(error.reason, path, line=line) from None
     return values
