@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -75,39 +76,58 @@ class Sweep(NamedTuple):
     known: Mapping[tuple[str, str], Measurements]
     drivers: Collection[str]
 
-    def draw(self, run: Run) -> Iterator[SweepOutcome]:
-        """Make all pictures, and yield the outcome of each as soon as it is known, in any order.
+    def draw(self, run: Run, report: Callable[[SweepOutcome], None]) -> None:
+        """Make the pictures that are missing or not current.
 
-        A picture that fails leaves all others alone. Pictures that were written stay if the caller ends the iteration.
-        If a picture is missing, the picture of the reference is drawn, too, unless its file has its radiance.
+        A picture that fails leaves all others alone. Pictures that were written stay if this function ends early. If a
+        picture is drawn, the picture of the reference is drawn, too, unless its file has its radiance.
 
         Args:
             run: how jobs are run: run_here(), or the workers of a farm.
+            report: a function that is called with the outcome of each picture as soon as it is known, in any order.
 
         Raises:
             OSError: a file cannot be written.
         """
-        radiance, index = self.reference.radiance, self.reference.number
         hashed = self._hash_reference()
-        pending: list[int] = []
-        for i in range(len(self.points)):
-            outcome = self._settle(i, hashed)
-            if outcome is None:
-                pending.append(i)
-            else:
-                yield outcome
-        if index is not None and pending and hashed:
-            if index not in pending:
-                radiance = self._read_exact(index)
+        keys: dict[int, str] = {}
+        pending = self._list_jobs(hashed, keys, report)
+        first = next(pending, None)
+        if first is None:
+            return
+        radiance, number = self.reference.radiance, self.reference.number
+        drawn: int | None = None
+        if number is not None and hashed:
+            job = self.make_job(self.points[number])
+            is_pending = self._find_current(number, job, hashed) is None
+            radiance = None if is_pending else self._read_exact(number)
             if radiance is None:
-                for outcome in run(draw_point, [(index, self.make_job(self.points[index]))]):
+                for outcome in run(draw_point, [(number, job)]):
                     if isinstance(outcome, Done):
                         radiance = outcome.value.radiance
-                    if index in pending:
-                        yield self._finish(outcome, radiance, hashed)
-            pending = [i for i in pending if i != index]
-        for outcome in run(draw_point, ((i, self.make_job(self.points[i])) for i in pending)):
-            yield self._finish(outcome, radiance, hashed)
+                    if is_pending:
+                        drawn = number
+                        report(self._finish(outcome, radiance, hashed, job.key()))
+        others = ((i, job) for i, job in itertools.chain([first], pending) if i != drawn)
+        for outcome in run(draw_point, others):
+            report(self._finish(outcome, radiance, hashed, keys.pop(outcome.job)))
+
+    def _list_jobs(
+        self, hashed: str, keys: dict[int, str], report: Callable[[SweepOutcome], None]
+    ) -> Iterator[tuple[int, FrameJob]]:
+        """Yield the jobs of pictures that have to be drawn, store their keys, and report the other pictures."""
+        for i, point in enumerate(self.points):
+            try:
+                job = self.make_job(point)
+            except InputError as error:
+                report(SweepOutcome(SweepRow(i, "", point, problem=str(error))))
+                continue
+            row = self._find_current(i, job, hashed)
+            if row is None:
+                keys[i] = job.key()
+                yield i, job
+            else:
+                report(SweepOutcome(row))
 
     def _hash_reference(self) -> str:
         """Return the name of the reference with a hash of its picture; "" if its values are refused."""
@@ -128,30 +148,25 @@ class Sweep(NamedTuple):
         path = self.store.path(i)
         return None if FORMATS[path.suffix].is_clipped else load_radiance(path)[:]
 
-    def _settle(self, i: int, hashed: str) -> SweepOutcome | None:
-        """Return the outcome of a picture that need not be drawn or cannot be drawn; None if it has to be drawn."""
-        point = self.points[i]
-        try:
-            job = self.make_job(point)
-        except InputError as error:
-            return SweepOutcome(SweepRow(i, "", point, problem=str(error)))
+    def _find_current(self, i: int, job: FrameJob, hashed: str) -> SweepRow | None:
+        """Return the row of a picture that need not be drawn; None if it has to be drawn."""
         key = job.key()
         measured = self.known.get((hashed, key[:_KEY_DIGITS]))
         if measured is None or self.store.read_current(i, key, job.size, self.drivers) is None:
             return None
-        return SweepOutcome(SweepRow(i, self.store.path(i).name, point, measured, hashed, key[:_KEY_DIGITS]))
+        return self._make_row(i, measured, hashed, key)
 
-    def _finish(self, outcome: Done | Failed, reference: NDArray[Any] | None, hashed: str) -> SweepOutcome:
+    def _finish(self, outcome: Done | Failed, reference: NDArray[Any] | None, hashed: str, key: str) -> SweepOutcome:
         """Write the file of a picture, compare it with the reference, and return its outcome."""
-        point = self.points[outcome.job]
         if isinstance(outcome, Failed):
-            return SweepOutcome(SweepRow(outcome.job, "", point, problem=outcome.reason))
+            return SweepOutcome(SweepRow(outcome.job, "", self.points[outcome.job], problem=outcome.reason))
         frame, radiance = outcome.value
         self.store.write(outcome.job, frame.data)
         rmse = None
         if reference is not None and reference.shape == radiance.shape:
             rmse = compare(radiance, reference).rmse
-        measured = make_measurements(frame.estimate, rmse)
-        key = self.make_job(point).key()[:_KEY_DIGITS]
-        row = SweepRow(outcome.job, self.store.path(outcome.job).name, point, measured, hashed, key)
+        row = self._make_row(outcome.job, make_measurements(frame.estimate, rmse), hashed, key)
         return SweepOutcome(row, radiance)
+
+    def _make_row(self, i: int, measured: Measurements, hashed: str, key: str) -> SweepRow:
+        return SweepRow(i, self.store.path(i).name, self.points[i], measured, hashed, key[:_KEY_DIGITS])

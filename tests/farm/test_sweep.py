@@ -138,7 +138,9 @@ def draw(folder: Path, runner: Runner, points: list[Point] = POINTS, suffix: str
     table = folder / "sweep.csv"
     known, driver = read_measurements(table), shared_device().limits.driver
     sweep = Sweep(points, make_job, FrameStore(folder, f"%04d{suffix}"), Reference(0, None, "0"), known, [driver])
-    outcomes = sorted(sweep.draw(runner), key=lambda outcome: outcome.row.number)
+    outcomes: list[SweepOutcome] = []
+    sweep.draw(runner, outcomes.append)
+    outcomes.sort(key=lambda outcome: outcome.row.number)
     with table.open("wb") as file:
         write_rows(file, ["lights.0.radius"], [outcome.row for outcome in outcomes])
     return outcomes
@@ -190,6 +192,8 @@ def test_the_rmse_is_that_of_the_linear_radiance(tmp_path: Path) -> None:
         return FrameJob(*source.scene_at(point), ".png")
 
     sweep = Sweep(points, make_job, FrameStore(tmp_path, "%04d.png"), Reference(0, None, "0"), {}, [driver])
-    rows = {outcome.row.number: outcome.row for outcome in sweep.draw(run_here)}
+    outcomes: list[SweepOutcome] = []
+    sweep.draw(run_here, outcomes.append)
     a, b = (image for _, image in rt.sweep("assignment", points, SIZE))
-    assert [row.measurements and row.measurements.rmse for row in rows.values()] == ["0.0", repr(rt.compare(b, a).rmse)]
+    measured = [outcome.row.measurements for outcome in outcomes]
+    assert [texts and texts.rmse for texts in measured] == ["0.0", repr(rt.compare(b, a).rmse)]

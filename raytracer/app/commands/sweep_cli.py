@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from raytracer.core.output import Writer
     from raytracer.farm.frame_jobs import FrameJob
     from raytracer.farm.sweep_points import Point
-    from raytracer.farm.sweep_run import Reference, Sweep
+    from raytracer.farm.sweep_run import Reference, Sweep, SweepOutcome
     from raytracer.farm.sweep_sheet import SweepSheet
     from raytracer.farm.sweep_table import SweepRow
     from raytracer.farm.swept_scenes import SweepSource
@@ -148,9 +148,12 @@ def run(options: argparse.Namespace) -> int:
     start = time.monotonic()
     try:
         with progress_bar(f"rendering {folder}") as progress:
-            for outcome in sweep.draw(run_here):
+
+            def report(outcome: SweepOutcome) -> None:
                 tally.add(outcome.row, outcome.radiance)
                 progress(tally.drawn + tally.missing, len(points) - tally.kept)
+
+            sweep.draw(run_here, report)
         tally.write_table()
         with options.write(folder / SHEET) as file:
             tally.sheet.write(file, tally.rows, folder)
