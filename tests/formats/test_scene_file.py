@@ -326,10 +326,10 @@ def test_two_thousand_mutated_scene_files_end_in_status_0_or_2(tmp_path: Path) -
     pieces = ["[", "]", "{", "}", "=", '"', "-", "1e999", "nan", "0", "-1", "a", "~", "|", "(", ")", "\n", "[objects]"]
     # The pipe elbow without its settings, which ask for soft shadows.
     elbow = scenes.ASSIGNMENT.with_stem("elbow").read_text().partition('shadows = "soft"')[0]
-    texts = scenes.ASSIGNMENT.read_text(), elbow
+    texts = scenes.ASSIGNMENT.read_text(), elbow, scenes.ASSIGNMENT.with_stem("turntable").read_text()
     statuses = []
     for k in range(2000):
-        characters = list(texts[k % 2])
+        characters = list(texts[k % 3])
         for _ in range(rng.choice((1, 1, 1, 2, 5))):
             i = rng.randrange(len(characters))
             match rng.randrange(4):

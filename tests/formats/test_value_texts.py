@@ -35,7 +35,7 @@ def test_a_list_has_the_values_of_its_items_and_ranges(text: str, values: list[V
 
 @pytest.mark.parametrize(("ends", "suffix"), [((0.1, 0.7), ""), ((1e-3, 0.3), ":log"), ((1e-12, 7.7e11), ":log")])
 def test_a_range_has_exact_ends_and_equal_steps(ends: tuple[float, float], suffix: str) -> None:
-    values = [value for value in parse_values(f"{ends[0]!r}:{ends[1]!r}:11{suffix}") if isinstance(value, float)]
+    values = [value for value in parse_values(f"{ends[0]!r}:{ends[1]!r}:11{suffix}") if isinstance(value, int | float)]
     assert (values[0], values[-1]) == ends and len(values) == 11
     steps = [math.log(b / a) if suffix else b - a for a, b in pairwise(values)]
     assert max(steps) - min(steps) < 1e-11 * max(map(abs, steps))
