@@ -10,6 +10,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from raytracer.core.progress import Progress
 from raytracer.core.validation import InputError
 from raytracer.farm.sweep_points import Point, label_names, varied_paths
 from raytracer.farm.sweep_table import SweepRow
@@ -43,18 +44,20 @@ class SweepSheet:
         if index in self._wanted:
             self._small[index] = reduce_picture(radiance, small_side(self._columns))
 
-    def write(self, file: IO[bytes], rows: Mapping[int, SweepRow], folder: Path) -> None:
+    def write(self, file: IO[bytes], rows: Mapping[int, SweepRow], folder: Path, progress: Progress) -> None:
         """Write the sheet as PNG.
 
         Args:
             file: an open binary file.
             rows: the rows of all pictures, by their numbers.
             folder: the folder of the pictures. Pictures that were not drawn now are read there.
+            progress: receives the number of pictures that are ready, and of all pictures of the sheet.
         """
         paths = varied_paths(self._points)
         names = label_names(paths)
         cells: list[Cell] = []
-        for index in self._shown:
+        for i, index in enumerate(self._shown):
+            progress(i, len(self._shown))
             row = rows[index]
             if row.file and index not in self._small:
                 with suppress(InputError):  # the sheet can do without a picture of more pixels than are read

@@ -155,8 +155,8 @@ def run(options: argparse.Namespace) -> int:
 
             sweep.draw(run_here, report)
         tally.write_table()
-        with options.write(folder / SHEET) as file:
-            tally.sheet.write(file, tally.rows, folder)
+        with options.write(folder / SHEET) as file, progress_bar(f"writing {folder / SHEET}") as progress:
+            tally.sheet.write(file, tally.rows, folder, progress)
     except (KeyboardInterrupt, OSError) as error:
         ready = tally.kept + tally.drawn
         if not ready:
