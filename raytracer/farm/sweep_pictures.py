@@ -31,15 +31,15 @@ def sweep(
     A picture is rendered when the caller asks for it. Wrong paths are refused at the call.
 
     Args:
-        scene: a scene file, or the name of an example scene: paths are those of its tables, such as
-            "lights.0.position" and "materials.gold.alpha". Or a Scene: paths are those of its attributes, such as
+        scene: a scene file, or the name of an example scene. Paths then name values of its tables, such as
+            "lights.0.position" and "materials.gold.alpha". Or a Scene. Paths then name its attributes, such as
             "camera.position", "lights.0.radius", "ambient" and "objects.0.material.kd". Both have the paths of
             settings, such as "settings.samples".
         values: a mapping from each path to its values, for the product of all, of which the first path changes slowest:
             {"lights.0.radius": np.linspace(0, 1, 5), "settings.samples": (1, 4)}. Or a sequence of mappings from each
             path to a value, one for each picture. A value is a number, a vector or a text. At most 100,000 pictures.
-        size: width and height in pixels. Default: those of the file, else (1280, 720).
-        settings: replace those of the file, and are overridden by swept ones. Default: those of the file, if any.
+        size: width and height in pixels. Default: the file's size, else (1280, 720).
+        settings: settings that replace the file's. Swept settings override them. Default: the file's settings.
         options: keywords of `render`, which override `settings`.
 
     Returns:

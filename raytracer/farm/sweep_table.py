@@ -13,8 +13,8 @@ from raytracer.farm.sweep_points import Point
 from raytracer.formats.estimate import Estimate
 from raytracer.formats.value_texts import value_text
 
-# The columns before and after those of the paths. Two columns say for which picture the measurements hold: the key of
-# its job, and the reference of its RMSE.
+# The columns before and after the columns of paths. The measurements hold for one picture and one reference, which the
+# columns `key` and `reference` identify.
 _FIRST = ("index", "file")
 _MEASURED = ("seconds", "samples", "error", "error_kind", "reached", "rmse")
 _LAST = ("reference", "key", "problem")

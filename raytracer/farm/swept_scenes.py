@@ -35,10 +35,10 @@ class SweepSource(NamedTuple):
     """The scene and the settings that a sweep varies.
 
     Attributes:
-        base: a scene file, whose paths are those of its tables, or a Scene, whose paths are those of its attributes.
-            Both have paths "settings.NAME", too.
-        size: (width, height) in pixels in place of that of the file, or None.
-        settings: settings in place of those of the file, or None. Swept settings override them.
+        base: a scene file, in which paths name values of its tables, or a Scene, in which paths name attributes. Both
+            have paths "settings.NAME", too.
+        size: (width, height) in pixels, in place of the file's size. None: the file's size.
+        settings: settings in place of the file's settings. Swept settings override them. None: the file's settings.
         chosen: settings that override all others.
     """
 
@@ -111,7 +111,7 @@ class SweepSource(NamedTuple):
 
 
 def _split(point: Point) -> tuple[dict[str, Value], dict[str, Any]]:
-    """Return the values of the scene by path, and those of the settings by name."""
+    """Return the values of the scene by path, and the values of settings by name."""
     values: dict[str, Value] = {}
     swept: dict[str, Any] = {}
     for path, value in point.items():

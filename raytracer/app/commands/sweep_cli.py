@@ -199,7 +199,7 @@ class _Tally:
         self._last_write = time.monotonic()
 
     def add(self, row: SweepRow, radiance: Any) -> None:
-        """Add a row, and print its problem. `radiance`: that of a drawn picture, or None."""
+        """Add a row, and print its problem. `radiance`: the radiance of a drawn picture, or None."""
         from raytracer.farm.sweep_points import point_text
 
         self.rows[row.number] = row
