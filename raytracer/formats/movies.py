@@ -8,20 +8,20 @@ from itertools import pairwise
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from raytracer.core.memory import physical_memory
 from raytracer.core.progress import Progress
 from raytracer.core.suggest import missing_extra
 from raytracer.core.validation import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
     from PIL.Image import Image
 
-# A function that returns the picture of a frame, counted from 0: sRGB uint8 [H, W, 3], or [H, W, 4] with alpha.
-Picture = NDArray[np.uint8]
-Pictures = Callable[[int], Picture]
+    # The picture of a frame: sRGB uint8 [H, W, 3], or [H, W, 4] with alpha.
+    Picture = NDArray[np.uint8]
+    # A function that returns the picture of a frame, counted from 0.
+    Pictures = Callable[[int], Picture]
 
 # The constant rate factor if the user chooses none: x264's scale, on which 18 is called visually lossless.
 DEFAULT_CRF = 18
@@ -137,8 +137,27 @@ def _encode(
         file, pictures, count, fps, progress: see write_movie().
         options: the options of the encoder.
         container: the name of the container, the name of the encoder, and the options of the container.
+
+    Raises:
+        RuntimeError: the encoder refuses the frames.
     """
     av = _import_av()
+    try:
+        _encode_frames(av, file, pictures, count, fps, options, container, progress)
+    except av.FFmpegError as error:
+        raise RuntimeError(f"expected frames that {container[1]} can encode: {error.strerror}") from None
+
+
+def _encode_frames(
+    av: Any,
+    file: IO[bytes],
+    pictures: Pictures,
+    count: int,
+    fps: float,
+    options: dict[str, str],
+    container: tuple[str, str, dict[str, str]],
+    progress: Progress,
+) -> None:
     name, codec, flags = container
     height, width = pictures(0).shape[:2]
     # By its name, because the index can be moved to the front of a file with a name only.
@@ -169,8 +188,10 @@ def _rate(fps: float) -> Fraction:
     return Fraction(fps).limit_denominator(_MOST_PER_SECOND)
 
 
-def _pad(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _pad(picture: Picture) -> Picture:
     """Return a picture of even width and height: 4:2:0 chroma has squares of 2x2 pixels. The edge is repeated."""
+    import numpy as np  # imported here, because the help of the command line needs none
+
     height, width = picture.shape[:2]
     return np.ascontiguousarray(np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge"))
 

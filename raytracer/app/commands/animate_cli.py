@@ -20,6 +20,7 @@ from raytracer.app.options import (
 )
 from raytracer.core.interrupts import STATUS
 from raytracer.core.memory import check_memory, picture_bytes
+from raytracer.core.output import check_place, make_folder
 from raytracer.core.progress import progress_bar
 from raytracer.core.shown import format_value
 from raytracer.core.suggest import did_you_mean
@@ -28,11 +29,14 @@ from raytracer.core.validation import InputError, check_path, check_size, intege
 from raytracer.formats.animated_scene import open_animation
 from raytracer.formats.scene_file import find_scene, read_document
 from raytracer.formats.settings_section import DEFAULT_SIZE
+from raytracer.scene.settings import Settings
 
 if TYPE_CHECKING:
     from raytracer.farm.frame_store import FrameStore
     from raytracer.farm.frames import FrameResult
     from raytracer.formats.estimate import Estimate
+    from raytracer.formats.movies import Picture
+
 
 # A number in the name of a file, in printf's notation, of at most 9 digits.
 _NUMBER = re.compile(r"%(?:0[1-9])?d", re.ASCII)
@@ -127,35 +131,22 @@ def run(options: argparse.Namespace) -> int:
         settings = (section.settings | chosen).resolve()
     size = check_size(chosen_size(options) or section.size or DEFAULT_SIZE)
 
-    from raytracer.core.output import check_place, make_folder
     from raytracer.farm.frame_jobs import FrameJob
     from raytracer.farm.frame_store import FrameStore
     from raytracer.farm.frames import make_frames
     from raytracer.farm.tasks import run_here
-    from raytracer.formats.image_files import FORMATS
-    from raytracer.formats.movies import check_movie
     from raytracer.gpu.device import shared_device
 
-    suffix = Path(target.pattern).suffix.lower()
-    if suffix not in FORMATS:
-        raise InputError(f"expected a pattern that ends in {' or '.join(FORMATS)}", file=str(options.output))
-    if target.movie:
-        check_movie(target.movie, size, len(frames))
-    sampling = settings.sampling
-    geometry = FORMATS[suffix].has_geometry
-    check_memory(picture_bytes(size, geometry, sampling.is_adaptive, sampling.has_stopping_rule), size)
+    suffix = _check_target(target, size, settings, len(frames))
     warn_about_scene(options.scene, document.scene, settings)
     driver = shared_device(options.backend, options.device).limits.driver
-    make_folder(target.folder.parent if target.movie else target.folder)
-    if target.movie:
-        check_place(target.movie)
-        make_folder(target.folder)
+    _make_folders(target)
     store = FrameStore(target.folder, target.pattern)
-    tally = _Tally()
 
     def make_job(frame: int) -> FrameJob:
         return FrameJob(animation.scene(frame), size, settings, suffix, options.backend, options.device)
 
+    tally = _Tally()
     start = time.monotonic()
     try:
         with progress_bar(f"rendering {options.output}") as progress:
@@ -166,26 +157,17 @@ def run(options: argparse.Namespace) -> int:
 
             make_frames(frames, make_job, store, run_here, [driver], report)
         if target.movie and not tally.failed:
-            _assemble(options, target.movie, store, frames, animation.fps, crf)
-    except (KeyboardInterrupt, OSError) as error:
-        ready = tally.kept + tally.drawn
-        if not ready:
-            if target.movie:
-                store.remove([])
-            raise
-        reason = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
-        print_error(
-            f"{reason}; {ready} of {len(frames)} frames are in {store.folder}: the same command goes on with them"
-        )
-        return STATUS if isinstance(error, KeyboardInterrupt) else 1
+            _write_movie(options, target.movie, store, frames, animation.fps, crf)
+    except (KeyboardInterrupt, OSError, RuntimeError) as error:
+        return _stop(error, target, store, tally.kept + tally.drawn, len(frames))
     if target.movie and not options.keep and not tally.failed:
         store.remove(frames)
     made = f"{tally.drawn} drawn" + (f", {tally.kept} kept" if tally.kept else "")
     facts = f"{size[0]}x{size[1]}, {made}, {time.monotonic() - start:.1f} s"
     if tally.failed:
-        place = f"in {store.folder}: {facts}"
         without = f"; no {target.movie.name} without the others" if target.movie else ""
-        print_error(f"{tally.failed} of {len(frames)} frames failed; the others are {place}{without}")
+        others = f"the others are in {store.folder}: {facts}{without}"
+        print_error(f"{tally.failed} of {len(frames)} frames failed; {others}")
         return 1
     print_lines(f"wrote {options.output}: {len(frames)} frames at {animation.fps:g} fps, {facts}")
     if tally.worst:
@@ -195,8 +177,44 @@ def run(options: argparse.Namespace) -> int:
         if is_error_chosen(section.settings, chosen):
             print_error(f"{options.output}: {missed}; try more --samples or --time")
             return 1
-        print_lines(missed)
+        print_lines(missed)  # a quality set max_error, and limits the samples: no failure
     return 0
+
+
+def _stop(error: BaseException, target: Target, store: FrameStore, ready: int, count: int) -> int:
+    """Say how to go on after an interruption, and return the exit status. Raises the error if no frame is there."""
+    if not ready:
+        if target.movie:
+            store.remove([])
+        raise error
+    is_interrupt = isinstance(error, KeyboardInterrupt)
+    reason = "interrupted" if is_interrupt else str(error)
+    print_error(f"{reason}; {ready} of {count} frames are in {store.folder}: the same command goes on with them")
+    return STATUS if is_interrupt else 1
+
+
+def _check_target(target: Target, size: tuple[int, int], settings: Settings, count: int) -> str:
+    """Check the formats and the memory for `count` frames, and return the suffix of a frame. Raises InputError."""
+    from raytracer.formats.image_files import FORMATS
+    from raytracer.formats.movies import check_movie
+
+    suffix = Path(target.pattern).suffix.lower()
+    if suffix not in FORMATS:
+        raise InputError(f"expected a pattern that ends in {' or '.join(FORMATS)}", file=target.pattern)
+    if target.movie:
+        check_movie(target.movie, size, count)
+    sampling = settings.sampling
+    geometry = FORMATS[suffix].has_geometry
+    check_memory(picture_bytes(size, geometry, sampling.is_adaptive, sampling.has_stopping_rule), size)
+    return suffix
+
+
+def _make_folders(target: Target) -> None:
+    """Make the folder of the frames, and check the place of the movie. Raises InputError."""
+    if target.movie:
+        make_folder(target.movie.parent)
+        check_place(target.movie)
+    make_folder(target.folder)
 
 
 def parse_target(text: str) -> Target:
@@ -247,10 +265,12 @@ def _check_frames(chosen: tuple[int, int | None] | None, count: int) -> range:
     return range(first, end)
 
 
-def _assemble(options: argparse.Namespace, movie: Path, store: FrameStore, frames: range, fps: float, crf: int) -> None:
+def _write_movie(
+    options: argparse.Namespace, movie: Path, store: FrameStore, frames: range, fps: float, crf: int
+) -> None:
     """Write the movie of frames that are all there."""
     from raytracer.formats.image_png import read_pixels
-    from raytracer.formats.movies import Picture, write_movie
+    from raytracer.formats.movies import write_movie
 
     def picture(k: int) -> Picture:
         path = store.path(frames[k])
