@@ -99,7 +99,8 @@ class Sweep(NamedTuple):
         drawn: int | None = None
         if number is not None and hashed:
             job = self.make_job(self.points[number])
-            is_pending = self._find_current(number, job, hashed) is None
+            key = job.key()
+            is_pending = self._find_current(number, job, key, hashed) is None
             radiance = None if is_pending else self._read_exact(number)
             if radiance is None:
                 for outcome in run(draw_point, [(number, job)]):
@@ -107,7 +108,7 @@ class Sweep(NamedTuple):
                         radiance = outcome.value.radiance
                     if is_pending:
                         drawn = number
-                        report(self._finish(outcome, radiance, hashed, job.key()))
+                        report(self._finish(outcome, radiance, hashed, key))
         others = ((i, job) for i, job in itertools.chain([first], pending) if i != drawn)
         for outcome in run(draw_point, others):
             report(self._finish(outcome, radiance, hashed, keys.pop(outcome.job)))
@@ -122,9 +123,10 @@ class Sweep(NamedTuple):
             except InputError as error:
                 report(SweepOutcome(SweepRow(i, "", point, problem=str(error))))
                 continue
-            row = self._find_current(i, job, hashed)
+            key = job.key()
+            row = self._find_current(i, job, key, hashed)
             if row is None:
-                keys[i] = job.key()
+                keys[i] = key
                 yield i, job
             else:
                 report(SweepOutcome(row))
@@ -148,9 +150,8 @@ class Sweep(NamedTuple):
         path = self.store.path(i)
         return None if FORMATS[path.suffix].is_clipped else load_radiance(path)[:]
 
-    def _find_current(self, i: int, job: FrameJob, hashed: str) -> SweepRow | None:
+    def _find_current(self, i: int, job: FrameJob, key: str, hashed: str) -> SweepRow | None:
         """Return the row of a picture that need not be drawn; None if it has to be drawn."""
-        key = job.key()
         measured = self.known.get((hashed, key[:_KEY_DIGITS]))
         if measured is None or self.store.read_current(i, key, job.size, self.drivers) is None:
             return None

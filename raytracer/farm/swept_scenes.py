@@ -90,24 +90,21 @@ class SweepSource(NamedTuple):
     def _check_path(self, path: str, value: Value) -> None:
         """Raise InputError if a path leads to no value, or to a value of another kind."""
         keys = parse_path(path)
-        if keys[0] == "settings":
-            _, swept = _split({path: value})
-            try:
-                parse_section(swept)
-            except KeyNameError:
-                raise
-            except InputError:
-                pass
-        elif isinstance(self.base, SceneDocument):
+        _, swept = _split({path: value})
+        if isinstance(self.base, SceneDocument) and not swept:
             assert self.base.built
             replace_value(self.base.built.tables, keys, value)
-        else:
-            try:
+            return
+        try:
+            if swept:
+                parse_section(swept)
+            else:
+                assert isinstance(self.base, Scene)
                 replace_attribute(self.base, keys, value)
-            except KeyNameError:
-                raise
-            except InputError:
-                pass
+        except KeyNameError:
+            raise
+        except InputError:  # a value of the right place, which may be right together with others
+            pass
 
 
 def _split(point: Point) -> tuple[dict[str, Value], dict[str, Any]]:
