@@ -15,6 +15,7 @@ Overview:
         Camera, and the kinds of primitive solids, such as Sphere and Box: raytracer.scene.solids.primitives lists them
     files: load, load_all, load_settings, SceneFile, published (measured materials from the literature)
     movies: animation, AnimatedScene
+    sweeps: sweep (pictures of a scene with many values)
     pictures: render, Settings, quality (presets of settings), Image
     accuracy: reference (float64 ground truth), compare, Comparison
     reflectance models: brdf
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from raytracer.analysis.image_difference import compare as compare
     from raytracer.compiler.glsl.preprocessor import ShaderError as ShaderError
     from raytracer.core.validation import InputError as InputError
+    from raytracer.farm.sweep_pictures import sweep as sweep
     from raytracer.formats.animated_scene import AnimatedScene as AnimatedScene
     from raytracer.formats.animated_scene import animation as animation
     from raytracer.formats.image import Image as Image
@@ -101,6 +103,7 @@ _PICTURE_NAMES = {
     "published": "formats.material_library",
     "reference": "ground_truth.picture",
     "render": "rendering.picture",
+    "sweep": "farm.sweep_pictures",
 }
 
 # `glsl` calls single shader functions, for readers and tests of the shaders. It is not in `__all__`.

@@ -21,4 +21,9 @@ def commands(parser: argparse.ArgumentParser, name: str = "") -> Iterator[tuple[
 
 COMMANDS = dict(commands(_parser()))
 # The page that has the options of a command, by the first word of the command.
-PAGE_OF = {"animate": "docs/animation.md", "view": "docs/window.md", "brdf": "docs/reflectance.md"}
+PAGE_OF = {
+    "animate": "docs/animation.md",
+    "brdf": "docs/reflectance.md",
+    "sweep": "docs/sweeps.md",
+    "view": "docs/window.md",
+}

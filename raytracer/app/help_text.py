@@ -67,6 +67,19 @@ HELP = {
         "The picture gains samples while nothing moves. The window redraws the picture when the scene file changes on "
         "disk. Options override the [settings] of the scene file.",
     ),
+    "sweep": CommandHelp(
+        "render a scene with many values of its file, and write a table of their errors",
+        (
+            "assignment --set lights.0.radius=0.2:1:5 -o radii --shadows soft --samples 16",
+            "assignment --set settings.samples=1:256:9:log --reference 8 -o convergence",
+            "materials --table values.csv -o pictures --format npz",
+        ),
+        "docs/sweeps.md",
+        "A path names a value of the scene file, as in lights.0.position. Options override the [settings] of the scene "
+        "file. A second run draws only the pictures that are missing or were made with other values or settings.",
+        "the scene refuses some values (all others are drawn), --max-error was not reached",
+        "interrupted by Ctrl-C; the pictures until then are kept, and the same command goes on with them",
+    ),
     "extremes": CommandHelp(
         "measure the error of pictures at the ends of all value ranges",
         ("--short --fuzz 20", "--fuzz 10000"),

@@ -3,7 +3,7 @@
 The package imports no other package of the project. It imports NumPy only in functions that make arrays, so that
 building a scene and reporting a wrong value need no NumPy. Other packages may use:
 
-    validation: InputError, locate_errors, within; Vec3, Key, Keys; MAX_COLOR, MAX_EXPONENT, MAX_LENGTH,
+    validation: InputError, KeyNameError, locate_errors, within; Vec3, Key, Keys; MAX_COLOR, MAX_EXPONENT, MAX_LENGTH,
         MAX_SIDE, MIN_RADIUS; checks that return the checked value: number, integer, vector, three_numbers, point,
         color, direction, items, check_choice, check_flag, check_keys, check_path, check_size, check_text; is_number,
         set_fields

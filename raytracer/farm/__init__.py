@@ -11,4 +11,10 @@ May import: all packages except app. Other packages may use
     cluster: open_cluster, Cluster, MAX_WORKERS
     roster: FarmError
     scheduler_address: check_address
+    sweep_points: Point, list_points, label_names, point_text, varied_paths (the values of a sweep)
+    swept_scenes: SweepSource (the scenes of a sweep)
+    sweep_pictures: sweep (as rt.sweep)
+    sweep_run: Sweep, SweepOutcome, Reference (all pictures of a sweep)
+    sweep_sheet: SweepSheet (the contact sheet)
+    sweep_table: SweepRow, read_measurements, write_rows (sweep.csv)
 """

@@ -12,6 +12,7 @@ import msgspec
 
 from raytracer.core.record import Record
 from raytracer.formats.estimate import Estimate
+from raytracer.formats.image import Image
 from raytracer.formats.image_files import FORMATS
 from raytracer.gpu.device import shared_device
 from raytracer.rendering.renderer import shared_renderer
@@ -85,7 +86,13 @@ class DrawnFrame(NamedTuple):
 
 
 def draw_frame(job: FrameJob) -> DrawnFrame:
-    """Draw a picture and return the content of its file. `rt.render` gives the same pixels on the same driver.
+    """Draw a picture and return the content of its file, as draw_image() does."""
+    frame, _ = draw_image(job)
+    return frame
+
+
+def draw_image(job: FrameJob) -> tuple[DrawnFrame, Image]:
+    """Draw a picture, and return the content of its file and the image, which are those of `rt.render` on this driver.
 
     The file's metadata has the job's key and the driver, which FrameStore.read_current() compares.
 
@@ -103,4 +110,5 @@ def draw_frame(job: FrameJob) -> DrawnFrame:
     texts = {KEY: job.key(), DRIVER: driver, REACHED: "no" if estimate.reached is False else "yes"}
     file = io.BytesIO()
     image.replace(metadata={**image.metadata, **texts}).write(file, job.suffix, job.bits)
-    return DrawnFrame(file.getvalue(), driver, time.monotonic() - start, estimate.samples, estimate)
+    frame = DrawnFrame(file.getvalue(), driver, time.monotonic() - start, estimate.samples, estimate)
+    return frame, image
