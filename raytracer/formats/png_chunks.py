@@ -166,6 +166,23 @@ def check_whole(file: IO[bytes], most_pixels: int) -> Header:
     return header
 
 
+def read_texts(file: IO[bytes]) -> dict[str, str]:
+    """Return the texts of a file that check_whole() has accepted, by their keywords, without compressed ones."""
+    file.seek(len(SIGNATURE) + _BEGIN.size)
+    texts: dict[str, str] = {}
+    for length, kind in _chunks(file):
+        if kind != b"iTXt":
+            file.seek(length + 4, 1)
+            continue
+        keyword, _, rest = _read_exactly(file, length).partition(b"\0")
+        file.seek(4, 1)
+        # Compression flag and method, language, translated keyword, text.
+        parts = rest[2:].split(b"\0", 2)
+        if rest[:1] == b"\0" and len(parts) == 3:
+            texts[keyword.decode("latin-1")] = parts[2].decode(errors="replace")
+    return texts
+
+
 def _chunks(file: IO[bytes]) -> Iterator[tuple[int, bytes]]:
     """Yield the length and kind of each chunk after the header. The caller reads the chunk's data and CRC."""
     while True:

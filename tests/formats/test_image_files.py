@@ -163,7 +163,7 @@ def test_a_png_of_rows_is_the_png_of_the_picture() -> None:
     levels = np.random.default_rng(1).integers(0, 65536, (7, 5, 4)).astype(np.uint16)
     files = io.BytesIO(), io.BytesIO()
     for file, steps in zip(files, (7, 1), strict=True):
-        writer = PngWriter(file, 5, 7, 4, 16, {"Title": "a"})
+        writer = PngWriter(file, 5, 7, 4, {"Title": "a"}, 16)
         for row in range(0, 7, steps):
             writer.write_rows(levels[row : row + steps])
         writer.close()
