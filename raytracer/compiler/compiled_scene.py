@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from operator import is_
 
 import msgspec
 
@@ -71,6 +70,10 @@ def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | Non
     """
     if previous and previous.scene is scene and previous.options == options:
         return previous
+    if previous and scene.objects == previous.scene.objects:
+        # Equal objects become the same objects, with all that is derived from them. A job of a farm has a copy of its
+        # scene. To compare takes a fifth of the time to compile, or less, and no time for the same objects.
+        scene = scene.replace(objects=previous.scene.objects)
     surfaces, batches = _surfaces(scene, previous), _batches(scene, previous)
     materials, layout = _materials(scene, options, surfaces, previous)
     has_lists = options.evaluator == "cells" and options.precision == 32 and surfaces.size > FEW
@@ -94,15 +97,9 @@ def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | Non
     )
 
 
-def _has_same_objects(scene: Scene, previous: CompiledScene) -> bool:
-    """Return whether both scenes have the same objects."""
-    # By identity, because comparing 10,000 equal solids takes six times as long as making their surfaces.
-    return len(previous.scene.objects) == len(scene.objects) and all(map(is_, previous.scene.objects, scene.objects))
-
-
 def _surfaces(scene: Scene, previous: CompiledScene | None) -> Surfaces:
     """Return the surfaces of the scene, shared with `previous` if they are unchanged."""
-    if previous and _has_same_objects(scene, previous) and previous.scene.materials == scene.materials:
+    if previous and scene.objects is previous.scene.objects and scene.materials == previous.scene.materials:
         return previous.surfaces
     # Scenes that differ only in camera, size or lights share their objects, such as successive pictures or frames.
     assert isinstance(scene.objects, SceneObjects)
@@ -111,7 +108,7 @@ def _surfaces(scene: Scene, previous: CompiledScene | None) -> Surfaces:
 
 def _batches(scene: Scene, previous: CompiledScene | None) -> Batches:
     """Return the batches of the scene, shared with `previous` if they are unchanged."""
-    if previous and _has_same_objects(scene, previous):
+    if previous and scene.objects is previous.scene.objects:
         return previous.batches
     objects = scene.objects
     assert isinstance(objects, SceneObjects)

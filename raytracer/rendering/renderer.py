@@ -67,8 +67,7 @@ class _Kept(NamedTuple):
     def draws(self, compiled: CompiledScene, *, plane_only: bool, several: bool, transparent: bool) -> bool:
         """Whether the programs fit that scene."""
         known = self.frame.compiled
-        # Compare by identity: to compare thousands of equal objects takes longer than to generate the shader texts.
-        has_objects = compiled.scene.objects is known.scene.objects
+        has_objects = compiled.scene.objects is known.scene.objects  # compile() lets equal objects be the same
         is_alike = compiled is known or (has_objects and compiled.structure == known.structure)
         has_programs = self.plane_only == plane_only and (self.several or not several)
         has_programs &= self.transparent == transparent
