@@ -15,7 +15,7 @@ import pytest
 
 import raytracer as rt
 from raytracer.core.shown import format_value
-from raytracer.formats.image_files import load_radiance
+from raytracer.formats.image_files import load_picture
 
 api: Any = rt  # for calls with wrong types
 CAMERA = rt.Camera((0, 1, 5), (0, 0, 0))
@@ -240,7 +240,7 @@ PLACES: dict[str, tuple[str, Callable[[Any], Any], dict[str, Any]]] = {
     "compare.threshold": ("threshold", lambda v: api.compare(GREY, GREY, threshold=v), WRONG),
     "compare.flip": ("flip", lambda v: api.compare(GREY, GREY, flip=v), SETTINGS),
     "load_all": ("path", api.load_all, wrong_values_except("text", "number as text")),
-    "load_radiance": ("path", load_radiance, wrong_values_except("text", "number as text")),
+    "load_picture": ("path", load_picture, wrong_values_except("text", "number as text")),
     "Scene.replace": ("camera", lambda v: SCENE.replace(camera=v), wrong_values_except("None")),
     "Settings.replace": ("samples", lambda v: rt.Settings().replace(samples=v), WRONG),
     "Material.replace": ("kd", lambda v: rt.Material().replace(kd=v), WRONG),

@@ -9,11 +9,7 @@ from typing import NamedTuple
 
 from raytracer.app.options import parse_integer
 from raytracer.core.validation import InputError, integer
-from raytracer.farm.cluster import MAX_WORKERS, open_cluster
-from raytracer.farm.scheduler_address import check_address
-from raytracer.farm.tasks import Run, run_here
-from raytracer.gpu.adapters import VARIABLE as DEVICE_VARIABLE
-from raytracer.gpu.context import VARIABLE as BACKEND_VARIABLE
+from raytracer.farm.tasks import MAX_WORKERS, Run, run_here
 
 
 class Farm(NamedTuple):
@@ -54,6 +50,11 @@ def add_farm_options(parser: argparse.ArgumentParser) -> None:
 def check_farm_options(options: argparse.Namespace) -> bool:
     """Return whether the user wants a farm. Raises InputError for wrong options."""
     if options.scheduler is not None:
+        # Imported here, because the modules of sockets and OpenGL would delay each command and its help.
+        from raytracer.farm.scheduler_address import check_address
+        from raytracer.gpu.adapters import VARIABLE as DEVICE_VARIABLE
+        from raytracer.gpu.context import VARIABLE as BACKEND_VARIABLE
+
         if options.workers is not None:
             raise InputError("expected --workers or --scheduler, got both")
         if options.backend is not None or options.device is not None:
@@ -76,6 +77,10 @@ def open_farm(options: argparse.Namespace) -> Iterator[Farm]:
     if not check_farm_options(options):
         yield Farm(run_here, ())
         return
+    from raytracer.farm.cluster import open_cluster
+    from raytracer.gpu.adapters import VARIABLE as DEVICE_VARIABLE
+    from raytracer.gpu.context import VARIABLE as BACKEND_VARIABLE
+
     chosen = {BACKEND_VARIABLE: options.backend, DEVICE_VARIABLE: options.device}
     variables = {name: str(value) for name, value in chosen.items() if value is not None}
     with open_cluster(options.workers, options.scheduler, mixed=options.mixed, variables=variables) as cluster:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import msgspec
 
 from raytracer.compiler.batches import FEW, Batches, is_bounded, make_batches

@@ -2,13 +2,13 @@
 
 May import: all packages except app. Other packages may use
 
-    band_rows: check_rows, default_rows, rows_of_large
+    band_rows: check_rows, default_rows, rows_of_farm, rows_of_large
     bands: BandJob, BandedPicture, draw_band, write_bands
-    tasks: Done, Failed, Run, run_here
+    tasks: Done, Failed, Run, run_here, MAX_WORKERS
     frame_jobs: FrameJob, DrawnFrame, draw_frame (one picture, in any process)
     frame_store: FrameStore (the files of frames, and which are current)
     frames: FrameResult, make_frames (all frames of a movie)
-    cluster: open_cluster, Cluster, MAX_WORKERS
+    cluster: open_cluster, Cluster
     roster: FarmError
     scheduler_address: check_address
     sweep_points: Point, list_points, label_names, point_text, varied_paths (the values of a sweep)

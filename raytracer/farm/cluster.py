@@ -17,13 +17,11 @@ from raytracer.farm.quiet import SILENT, quiet_logs
 from raytracer.farm.remote import Identity
 from raytracer.farm.roster import FarmError, Roster
 from raytracer.farm.scheduler_address import check_address, check_server
-from raytracer.farm.tasks import Done, Failed
+from raytracer.farm.tasks import MAX_WORKERS, Done, Failed
 
 if TYPE_CHECKING:
     from distributed import Client
 
-# The most worker processes on this machine. Each takes some 200 MB.
-MAX_WORKERS = 256
 # Seconds to wait for a worker while there is none: a worker starts in 3 to 10 s, also on a slow disk.
 _PATIENCE = 60.0
 # Seconds that the client tries to reach a scheduler that ended: enough to start it again by hand or by a service.

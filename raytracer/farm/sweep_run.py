@@ -17,7 +17,7 @@ from raytracer.farm.frame_store import FrameStore
 from raytracer.farm.sweep_points import Point
 from raytracer.farm.sweep_table import Measurements, SweepRow, make_measurements
 from raytracer.farm.tasks import Done, Failed, Run
-from raytracer.formats.image_files import FORMATS, load_radiance
+from raytracer.formats.image_files import FORMATS, load_picture
 
 # The digits of a picture's key that the table has: enough to tell a billion pictures apart.
 _KEY_DIGITS = 20
@@ -148,7 +148,7 @@ class Sweep(NamedTuple):
     def _read_exact(self, i: int) -> NDArray[Any] | None:
         """Return the radiance of a picture whose file is current, or None if the format of the file has lost it."""
         path = self.store.path(i)
-        return None if FORMATS[path.suffix].is_clipped else load_radiance(path)[:]
+        return None if FORMATS[path.suffix].is_clipped else load_picture(path).radiance[:]
 
     def _find_current(self, i: int, job: FrameJob, key: str, hashed: str) -> SweepRow | None:
         """Return the row of a picture that need not be drawn; None if it has to be drawn."""

@@ -22,7 +22,7 @@ from raytracer.formats.contact_sheet import (
     small_side,
     write_sheet,
 )
-from raytracer.formats.image_files import load_radiance
+from raytracer.formats.image_files import load_picture
 from raytracer.formats.value_texts import Value
 
 
@@ -61,7 +61,7 @@ class SweepSheet:
             row = rows[index]
             if row.file and index not in self._small:
                 with suppress(InputError):  # the sheet can do without a picture of more pixels than are read
-                    self.add(index, load_radiance(folder / row.file)[:])
+                    self.add(index, load_picture(folder / row.file).radiance[:])
             values = [f"{names[path]} = {_short_text(row.point[path])}" for path in paths]
             cells.append(Cell(self._small.get(index), [row.file or f"{index}: no picture", *values]))
         write_sheet(file, cells, self._columns)

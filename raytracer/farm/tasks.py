@@ -7,6 +7,9 @@ from typing import Any, NamedTuple, Protocol
 
 from raytracer.core.validation import InputError
 
+# The most worker processes on this machine. Each takes some 200 MB.
+MAX_WORKERS = 256
+
 
 class Done(NamedTuple):
     """The result of one job.

@@ -17,7 +17,7 @@ possible, the key and the line. The package imports only core and scene. Other p
     estimate: Estimate, join_estimates, measured_estimate, picture_texts, find_largest, is_dominated_by_few, FEW_PIXELS,
         LOWER_BOUND_FACTOR, UNSEEN, WORST_PIXEL_FACTOR
     contact_sheet: Cell, choose_cells, count_columns, reduce_picture, small_side, write_sheet
-    image_files: FORMATS, check_bits, check_picture_output, load_picture, load_radiance, read_metadata, read_size
+    image_files: FORMATS, check_bits, check_picture_output, load_picture, read_metadata, read_size
     png_chunks: PngWriter; image_png: encode_levels, read_pixels; image_exr: channels
     movies: MOVIES, Picture, write_movie, check_movie, DEFAULT_CRF, MAX_CRF
     radiance: row_blocks, check_radiance, MAX_RADIANCE, PictureRows, StoredPicture; srgb: encode_srgb8, decode_srgb

@@ -21,7 +21,7 @@ from raytracer.core.validation import InputError, check_path
 from raytracer.formats import image_exr, image_npz, image_png
 from raytracer.formats.exr_writer import ExrWriter
 from raytracer.formats.png_chunks import PngWriter
-from raytracer.formats.radiance import MAX_PIXELS, PictureRows, StoredPicture
+from raytracer.formats.radiance import MAX_PIXELS, StoredPicture
 
 
 class RowWriter(Protocol):
@@ -163,7 +163,7 @@ def check_bits(suffix: str, bits: int | None) -> dict[str, int]:
 
 
 def read_size(path: str | os.PathLike[str]) -> tuple[int, int]:
-    """Read only the (width, height) of a picture file. Raises InputError as load_radiance() does."""
+    """Read only the (width, height) of a picture file. Raises InputError as load_picture() does."""
     with _open_picture(path) as (file, form):
         return form.read_size(file)
 
@@ -180,15 +180,6 @@ def load_picture(path: str | os.PathLike[str]) -> StoredPicture:
     """
     with _open_picture(path) as (file, form):
         return form.read_picture(file)
-
-
-def load_radiance(path: str | os.PathLike[str]) -> PictureRows:
-    """Read the linear radiance of an opaque picture file as load_picture(). Raises InputError for a transparent one."""
-    with _open_picture(path) as (file, form):
-        radiance, alpha = form.read_picture(file)
-        if alpha is not None:
-            raise InputError("expected an opaque picture, got one with transparent pixels")
-        return radiance
 
 
 def read_metadata(path: str | os.PathLike[str]) -> Mapping[str, str]:

@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 
 import raytracer as rt
 from raytracer.app.cli import main
-from raytracer.formats.image_files import load_radiance
+from raytracer.formats.image_files import load_picture
 from tests import scenes
 
 SIZE = ("--size", "32x20")
@@ -42,7 +42,7 @@ def test_a_sweep_writes_pictures_a_table_and_a_contact_sheet(
     assert [row["settings.samples"] for row in rows] == [row["samples"] for row in rows] == ["1", "1", "4", "4"]
     assert [row["lights.0.position"] for row in rows] == ["[4,7,4]", "[0,7,4]"] * 2
     assert [row["error_kind"] for row in rows] == ["unknown"] * 2 + ["about"] * 2
-    first, last = (load_radiance(folder / name)[:] for name in (names[0], names[3]))
+    first, last = (load_picture(folder / name).radiance[:] for name in (names[0], names[3]))
     scene = scenes.assignment()
     assert np.array_equal(first, rt.render(scene, (32, 20)).radiance)
     assert float(rows[3]["rmse"]) == rt.compare(last, first).rmse > 0 and rows[0]["rmse"] == "0.0"

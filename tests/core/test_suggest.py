@@ -8,7 +8,7 @@ import pytest
 import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.core.suggest import did_you_mean, find_nearest
-from raytracer.formats.image_files import load_radiance
+from raytracer.formats.image_files import load_picture
 from raytracer.formats.scene_file import loads
 from raytracer.scene.materials.models import MODELS
 
@@ -103,10 +103,10 @@ def test_the_error_of_a_misspelt_file_or_example_suggests_the_right_one(tmp_path
         assert str(error.value).endswith(f'; did you mean "{near}"?')
     with pytest.raises(rt.InputError, match=r'; did you mean "scene.png"\?$'):
         (tmp_path / "scene.png").write_bytes(b"")
-        load_radiance(tmp_path / "scen.png")
+        load_picture(tmp_path / "scen.png")
     with pytest.raises(rt.InputError) as error:
         (tmp_path / "picture.npz").mkdir()
-        load_radiance(tmp_path / "pictures.npz")
+        load_picture(tmp_path / "pictures.npz")
     assert "did you mean" not in str(error.value), "a folder is no picture"
     (tmp_path / "places.csv").write_text("x,y,z\n0,0,0\n")
     (tmp_path / "scene.toml").write_text(GOOD.replace("positions = [[0, 0, 0]]", 'file = "place.csv"'))

@@ -21,7 +21,7 @@ from PIL import Image as Pillow
 import raytracer as rt
 from raytracer.app.cli import main
 from raytracer.formats.image import Image
-from raytracer.formats.image_files import FORMATS, load_picture, load_radiance, read_metadata, read_size
+from raytracer.formats.image_files import FORMATS, load_picture, read_metadata, read_size
 from raytracer.formats.png_chunks import PngWriter, check_whole
 from raytracer.formats.radiance import StoredPicture
 from tests.picture_files import chunk, grey, png, png16, save
@@ -29,7 +29,7 @@ from tests.picture_files import chunk, grey, png, png16, save
 
 def test_a_png_is_read_back_within_half_a_level(tmp_path: Path) -> None:
     radiance = np.random.default_rng(3).uniform(0, 1, (9, 11, 3))
-    read = load_radiance(save(tmp_path / "a.PNG", radiance))[:]
+    read = load_picture(save(tmp_path / "a.PNG", radiance)).radiance[:]
     encoded = [np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055) for v in (radiance, read)]
     assert (
         np.abs(encoded[0] - encoded[1]).max() <= 0.5 / 255 + 1e-5
@@ -59,7 +59,7 @@ def test_a_whole_png_of_any_kind_is_read_and_an_incomplete_one_is_refused(
         shown = palette[pixels[..., 0]] / 255 if colour == 3 else pixels[..., : 3 if colour in (2, 6) else 1]
         shown = np.broadcast_to(shown if colour == 3 else shown / ((1 << bits) - 1), (*size, 3))
         expected = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
-        np.testing.assert_allclose(load_radiance(path)[:], expected, rtol=1e-12)
+        np.testing.assert_allclose(load_picture(path).radiance[:], expected, rtol=1e-12)
         whole = path.read_bytes()
         _, head, _, first, second, end = parts
         taller, lower = (bytearray(head) for _ in range(2))
@@ -75,7 +75,7 @@ def test_a_whole_png_of_any_kind_is_read_and_an_incomplete_one_is_refused(
         for data in wrong:
             path.write_bytes(data)
             with pytest.raises(rt.InputError, match=r"a.png: expected (a PNG file|at most 33554432 pixels)"):
-                load_radiance(path)
+                load_picture(path)
 
 
 def test_a_truncated_png_whose_chunks_are_all_valid_is_refused(tmp_path: Path) -> None:
@@ -85,10 +85,10 @@ def test_a_truncated_png_whose_chunks_are_all_valid_is_refused(tmp_path: Path) -
     whole, short = (png(pixels[:rows], 8, 2, False) for rows in (4, 1))
     path.write_bytes(b"".join([*whole[:3], *short[3:]]))
     with pytest.raises(rt.InputError, match=r"a.png: expected a PNG file: pixels are missing"):
-        load_radiance(path)
+        load_picture(path)
     path.write_bytes(b"".join([*short[:3], *whole[3:]]))
     with pytest.raises(rt.InputError, match=r"a.png: expected a PNG file: it has more pixels than"):
-        load_radiance(path)
+        load_picture(path)
 
 
 @pytest.mark.parametrize("channels", [1, 3, 4])
@@ -100,14 +100,14 @@ def test_all_bits_of_a_png_of_16_bits_are_read(tmp_path: Path, channels: int) ->
     path.write_bytes(png16(pixels))
     encoded = np.broadcast_to(pixels[..., :3], (5, 7, 3)) / 65535
     expected = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    np.testing.assert_allclose(load_radiance(path)[:], expected, rtol=1e-12)
+    np.testing.assert_allclose(load_picture(path).radiance[:], expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGBA"])
 def test_a_white_png_of_any_mode_is_read_as_white(tmp_path: Path, mode: str) -> None:
     with Pillow.new("RGB", (4, 3), (255, 255, 255)) as picture:
         picture.convert(mode).save(tmp_path / "a.png")
-    np.testing.assert_array_equal(load_radiance(tmp_path / "a.png")[:], np.ones((3, 4, 3)))
+    np.testing.assert_array_equal(load_picture(tmp_path / "a.png").radiance[:], np.ones((3, 4, 3)))
 
 
 def a_transparent_png(path: Path) -> None:
@@ -119,10 +119,8 @@ def a_transparent_palette(path: Path) -> None:
 
 
 @pytest.mark.parametrize("write", [a_transparent_png, a_transparent_palette])
-def test_radiance_alone_is_read_from_opaque_pictures_only(tmp_path: Path, write: Callable[[Path], None]) -> None:
+def test_a_png_with_transparent_pixels_has_an_alpha(tmp_path: Path, write: Callable[[Path], None]) -> None:
     write(tmp_path / "a.png")
-    with pytest.raises(rt.InputError, match=r"a.png: expected an opaque picture"):
-        load_radiance(tmp_path / "a.png")
     assert load_picture(tmp_path / "a.png").alpha is not None
 
 
@@ -154,7 +152,7 @@ def test_a_png_has_straight_alpha_and_is_read_premultiplied(tmp_path: Path, bits
 def test_16_bits_are_read_back_within_half_a_level(tmp_path: Path) -> None:
     radiance = np.random.default_rng(3).uniform(0, 1, (9, 11, 3))
     Image(radiance).save(tmp_path / "a.png", bits=16)
-    read = load_radiance(tmp_path / "a.png")[:]
+    read = load_picture(tmp_path / "a.png").radiance[:]
     encoded = [np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055) for v in (radiance, read)]
     assert np.abs(encoded[0] - encoded[1]).max() <= 0.5 / 65535 + 1e-7
 
@@ -307,7 +305,7 @@ def test_an_entry_in_the_table_adds_a_format_of_pictures(tmp_path: Path, monkeyp
     radiance = np.random.default_rng(1).uniform(0, 9, (4, 5, 3)).astype(np.float32)
     Image(radiance).save(path)
     assert read_size(path) == (5, 4)
-    np.testing.assert_array_equal(load_radiance(path)[:], radiance)
-    for use in (Image(radiance).save, load_radiance):
+    np.testing.assert_array_equal(load_picture(path).radiance[:], radiance)
+    for use in (Image(radiance).save, load_picture):
         with pytest.raises(rt.InputError, match=r"ends in .png or .npz or .exr or .raw$"):
             use(tmp_path / "a.jpg")

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
+from raytracer.app.farm_options import add_farm_options, check_farm_options, open_farm
 from raytracer.app.options import (
     add_backend,
     add_picture_options,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from raytracer.core.progress import Progress
+    from raytracer.farm.tasks import Run
     from raytracer.formats.estimate import Estimate
     from raytracer.rendering.renderer import Renderer
     from raytracer.scene.scene import Scene
@@ -58,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_settings(parser, samples=1, adaptive=True)
     add_backend(parser)
+    add_farm_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -66,6 +69,7 @@ def run(options: argparse.Namespace) -> int:
     # Most input is checked before NumPy and OpenGL are loaded, so that errors appear at once.
     chosen = chosen_settings(options)
     chosen.resolve()
+    has_farm = check_farm_options(options)
     document = read_document(find_scene(options.scene))
     scene, section = document.scene, document.section
     with locate_errors(f"{options.scene}: [settings] and the options given"):  # settings that exclude each other
@@ -73,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
     size = chosen_size(options) or section.size or DEFAULT_SIZE
 
     with _keep_imports():
-        from raytracer.farm.band_rows import check_rows, rows_of_large
+        from raytracer.farm.band_rows import check_rows, rows_of_farm, rows_of_large
         from raytracer.formats.image_files import FORMATS, check_picture_output
         from raytracer.gpu.device import shared_device
         from raytracer.rendering.renderer import Renderer
@@ -86,6 +90,8 @@ def run(options: argparse.Namespace) -> int:
     rows = rows_of_large(size, needed, suffix, settings)
     if options.bands is not None:
         rows = check_rows(options.bands, suffix, settings)
+    elif has_farm:
+        rows = rows_of_farm(size, suffix, settings, "--scheduler" if options.scheduler else "--workers")
     if rows is None:
         by_rows = " or ".join(name for name, form in FORMATS.items() if form.rows)
         remedy = f"; --bands 64 and {by_rows} need far less" if settings.time is None else ""
@@ -94,15 +100,17 @@ def run(options: argparse.Namespace) -> int:
         band = size[0], min(rows, size[1])
         check_memory(_needed_bytes(picture, band, geometry=False), band)
     warn_about_scene(options.scene, scene, settings)
-    renderer = Renderer(shared_device(options.backend, options.device))
-    start = time.monotonic()
-    # Errors about the driver's limits begin with the name of the scene file.
-    with locate_errors(options.scene), progress_bar(f"rendering {output.name}") as progress:
-        if rows is None:
-            drawn = _draw_whole(renderer, picture, options, progress)
-        else:
-            drawn = _draw_bands(picture, rows, options, progress)
-    seconds = time.monotonic() - start
+    with open_farm(options) as farm:
+        renderer = None if has_farm else Renderer(shared_device(options.backend, options.device))
+        start = time.monotonic()
+        # Errors about the driver's limits begin with the name of the scene file.
+        with locate_errors(options.scene), progress_bar(f"rendering {output.name}") as progress:
+            if renderer and rows is None:
+                drawn = _draw_whole(renderer, picture, options, progress)
+            else:
+                assert rows
+                drawn = _draw_bands(picture, rows, options, farm.run, progress)
+        seconds = time.monotonic() - start
     bands = "" if rows is None else f", in bands of {rows} rows"
     print_lines(f"wrote {output}: {size[0]}x{size[1]}{bands}, {_samples(drawn)}, {seconds:.1f} s", str(drawn.estimate))
     if rows is not None and FORMATS[suffix].has_geometry:
@@ -165,15 +173,14 @@ def _draw_whole(renderer: Renderer, picture: _Picture, options: argparse.Namespa
     return _Drawn(image.estimate, image.samples.min(), image.samples.max())
 
 
-def _draw_bands(picture: _Picture, rows: int, options: argparse.Namespace, progress: Progress) -> _Drawn:
+def _draw_bands(picture: _Picture, rows: int, options: argparse.Namespace, run: Run, progress: Progress) -> _Drawn:
     """Draw and write a picture in bands of `rows` rows."""
     from raytracer.farm.bands import BandJob, write_bands
-    from raytracer.farm.tasks import run_here
 
     scene, size, settings, output, suffix, bits, transparent = picture
     job = BandJob(scene, size, settings, (0, size[1]), suffix, bits, transparent, options.backend, options.device)
     with options.write(output) as file:
-        return _Drawn(*write_bands(file, job, rows, run_here, progress))
+        return _Drawn(*write_bands(file, job, rows, run, progress))
 
 
 @contextmanager

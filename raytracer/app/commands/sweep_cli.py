@@ -12,8 +12,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from raytracer.app.farm_options import add_farm_options, check_farm_options, open_farm
 from raytracer.app.options import (
     add_backend,
+    add_picture_options,
     add_scene,
     add_settings,
     chosen_settings,
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
     from raytracer.core.output import Writer
     from raytracer.farm.frame_jobs import FrameJob
     from raytracer.farm.sweep_points import Point
-    from raytracer.farm.sweep_run import Reference, Sweep, SweepOutcome
+    from raytracer.farm.sweep_run import Reference, SweepOutcome
     from raytracer.farm.sweep_sheet import SweepSheet
     from raytracer.farm.sweep_table import SweepRow
     from raytracer.farm.swept_scenes import SweepSource
@@ -86,8 +88,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="picture with which all pictures are compared: a file, or the number of a picture of the sweep, from 0. "
         "Default: 0.",
     )
+    add_picture_options(parser)
     add_settings(parser, samples=1, adaptive=True)
     add_backend(parser)
+    add_farm_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -98,20 +102,20 @@ def run(options: argparse.Namespace) -> int:
     size = chosen_size(options)
     if size:
         check_size(size)
+    check_farm_options(options)
     listed = _read_values(options)
     document = read_document(find_scene(options.scene))
     with locate_errors(f"{options.scene}: [settings] and the options given"):  # settings that exclude each other
         (document.section.settings | chosen).resolve()
 
-    from raytracer.core.output import check_folder, check_output, make_folder
+    from raytracer.core.output import check_folder, make_folder
     from raytracer.farm.frame_store import FrameStore
     from raytracer.farm.sweep_points import list_points
     from raytracer.farm.sweep_run import Sweep
     from raytracer.farm.sweep_sheet import SweepSheet
     from raytracer.farm.sweep_table import read_measurements
     from raytracer.farm.swept_scenes import SweepSource
-    from raytracer.farm.tasks import run_here
-    from raytracer.formats.image_files import FORMATS
+    from raytracer.formats.image_files import FORMATS, check_picture_output
     from raytracer.gpu.device import shared_device
 
     suffix = f".{options.format}"
@@ -135,29 +139,28 @@ def run(options: argparse.Namespace) -> int:
             got = f"got {width}x{height}"
             raise InputError(f"expected a picture of {first.size[0]}x{first.size[1]}, {got}", file=reference.name)
     warn_about_scene(options.scene, first.scene, first.settings)
-    driver = shared_device(options.backend, options.device).limits.driver
     folder = Path(options.output)
     make_folder(folder)
     check_folder(folder, TABLE, SHEET)
     digits = max(4, len(str(len(points) - 1)))
     store = FrameStore(folder, f"%0{digits}d{suffix}")
-    check_output(store.path(0), FORMATS)
+    check_picture_output(store.path(0), options.bits)
     known = read_measurements(folder / TABLE)
-    sweep = Sweep(points, jobs, store, reference, known, [driver])
-    tally = _Tally(sweep, SweepSheet(points), options.write)
+    tally = _Tally(points, store.folder, SweepSheet(points), options.write)
     start = time.monotonic()
     try:
-        with progress_bar(f"rendering {folder}") as progress:
+        with open_farm(options) as farm, progress_bar(f"rendering {folder}") as progress:
+            drivers = farm.drivers or [shared_device(options.backend, options.device).limits.driver]
 
             def report(outcome: SweepOutcome) -> None:
                 tally.add(outcome.row, outcome.radiance)
                 progress(tally.drawn + tally.missing, len(points) - tally.kept)
 
-            sweep.draw(run_here, report)
+            Sweep(points, jobs, store, reference, known, drivers).draw(farm.run, report)
         tally.write_table()
         with options.write(folder / SHEET) as file, progress_bar(f"writing {folder / SHEET}") as progress:
             tally.sheet.write(file, tally.rows, folder, progress)
-    except (KeyboardInterrupt, OSError) as error:
+    except (KeyboardInterrupt, OSError, RuntimeError) as error:
         ready = tally.kept + tally.drawn
         if not ready:
             raise
@@ -182,20 +185,24 @@ class _JobMaker:
 
         scene, size, settings = self._source.scene_at(point)
         sampling = settings.sampling
-        geometry = FORMATS[self._suffix].has_geometry
+        form, options = FORMATS[self._suffix], self._options
+        needed = picture_bytes(
+            size, form.has_geometry, sampling.is_adaptive, sampling.has_stopping_rule, options.transparent
+        )
         with warnings.catch_warnings(action="ignore"):  # the same warning for each picture
-            check_memory(picture_bytes(size, geometry, sampling.is_adaptive, sampling.has_stopping_rule), size)
-        return FrameJob(scene, size, settings, self._suffix, self._options.backend, self._options.device)
+            check_memory(needed + size[0] * size[1] * form.writing_bytes, size)
+        own = options.transparent, options.bits, options.backend, options.device
+        return FrameJob(scene, size, settings, self._suffix, *own)
 
 
 class _Tally:
     """The rows of the pictures so far, and their table."""
 
-    def __init__(self, sweep: Sweep, sheet: SweepSheet, write: Writer) -> None:
+    def __init__(self, points: Sequence[Point], folder: Path, sheet: SweepSheet, write: Writer) -> None:
         self.sheet = sheet
         self.rows: dict[int, SweepRow] = {}
         self.kept = self.drawn = self.missing = 0
-        self._sweep, self._write = sweep, write
+        self._points, self._folder, self._write = points, folder, write
         self._last_write = time.monotonic()
 
     def add(self, row: SweepRow, radiance: Any) -> None:
@@ -221,12 +228,12 @@ class _Tally:
         from raytracer.farm.sweep_table import write_rows
 
         rows = [self.rows[index] for index in sorted(self.rows)]
-        with self._write(self._sweep.store.folder / TABLE) as file:
-            write_rows(file, [*self._sweep.points[0]], rows)
+        with self._write(self._folder / TABLE) as file:
+            write_rows(file, [*self._points[0]], rows)
 
     def summarize(self, seconds: float, *, is_error_chosen: bool) -> int:
         """Print the result, and return the exit status."""
-        folder, count = self._sweep.store.folder, len(self._sweep.points)
+        folder, count = self._folder, len(self._points)
         made = f"{self.drawn} drawn" + (f", {self.kept} kept" if self.kept else "")
         print_lines(f"wrote {count - self.missing} pictures, {TABLE} and {SHEET} in {folder}: {made}, {seconds:.1f} s")
         status = 0
@@ -281,7 +288,7 @@ def _first_job(points: Sequence[Point], make_job: _JobMaker, options: argparse.N
 def _read_reference(text: str, count: int) -> Reference:
     """Return the reference of --reference: a picture of the sweep by its number, or a file. Raises InputError."""
     from raytracer.farm.sweep_run import Reference
-    from raytracer.formats.image_files import load_radiance
+    from raytracer.formats.image_files import load_picture
 
     if text.isascii() and text.isdigit():
         index = parse_integer(text)
@@ -290,7 +297,7 @@ def _read_reference(text: str, count: int) -> Reference:
                 f"expected a file, or the number of a picture in [0, {count - 1}], got {text}", file="--reference"
             )
         return Reference(index, None, text)
-    return Reference(None, load_radiance(text)[:], os.path.basename(text))
+    return Reference(None, load_picture(text).radiance[:], os.path.basename(text))
 
 
 def _is_error_chosen(source: SweepSource, points: Sequence[Point]) -> bool:
