@@ -69,10 +69,11 @@ def compile(scene: Scene, options: CompileOptions, previous: CompiledScene | Non
     """
     if previous and previous.scene is scene and previous.options == options:
         return previous
-    if previous and scene.objects == previous.scene.objects:
-        # Equal objects become the same objects, with all that is derived from them. A job of a farm has a copy of its
-        # scene. To compare takes a fifth of the time to compile, or less, and no time for the same objects.
-        scene = scene.replace(objects=previous.scene.objects)
+    known = previous.scene.objects if previous else ()
+    if previous and scene.objects is not known and scene.objects == known:
+        # Equal objects become the same objects, with all that is derived from them, because each job of a farm has a
+        # copy of its scene. To compare takes less than half of the time to compile.
+        scene = scene.replace(objects=known)
     surfaces, batches = _surfaces(scene, previous), _batches(scene, previous)
     materials, layout = _materials(scene, options, surfaces, previous)
     has_lists = options.evaluator == "cells" and options.precision == 32 and surfaces.size > FEW

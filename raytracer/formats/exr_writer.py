@@ -10,7 +10,6 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from typing import IO
 
 import numpy as np
@@ -83,6 +82,8 @@ class ExrWriter:
     def _write_blocks(self, blocks: list[NDArray[np.float32]]) -> None:
         # From R, G, B, A to the order of names, A, B, G, R.
         order = [self._names.index(name) for name in sorted(self._names)]
+        from concurrent.futures import ThreadPoolExecutor  # it imports logging, which other commands do without
+
         with ThreadPoolExecutor() as threads:  # zlib and NumPy let other threads run
             for data in threads.map(lambda block: _compress(block[..., order]), blocks):
                 self._places.append(self._file.tell())

@@ -1,6 +1,7 @@
 """The arrays of a scene's surfaces hold the same values as its solids."""
 
 import math
+import pickle
 
 import msgspec
 import numpy as np
@@ -63,6 +64,17 @@ def test_parts_are_shared_while_only_lights_and_the_camera_change() -> None:
     reordered = msgspec.structs.replace(scene, materials=[scenes.COLORS[2], *scene.materials])
     fourth = compile_scene(reordered, first.options, first)
     assert [reordered.materials[i] for i in fourth.surfaces.material] == [scenes.COLORS[0], rt.Material()]
+
+
+def test_a_copy_of_a_scene_shares_the_parts_of_the_scene() -> None:
+    first = compiled(scenes.assignment())
+    copy = pickle.loads(pickle.dumps(first.scene)).replace(camera=rt.Camera((1, 2, 3), (0, 0, 0)))
+    assert copy.objects is not first.scene.objects
+    second = compile_scene(copy, first.options, first)
+    assert second.scene == copy and second.scene.objects is first.scene.objects
+    assert second.surfaces is first.surfaces and second.batches is first.batches
+    other = compile_scene(scenes.lit_scene(rt.Sphere((0, 0, 0), 2)), first.options, first)
+    assert other.surfaces is not first.surfaces and other.batches is not first.batches
 
 
 def test_a_light_touches_the_first_surface_whose_touches_method_is_true() -> None:
